@@ -86,7 +86,7 @@ impl Bench {
             logs.extend(bus.0.logs());
             let ecu = TractorEcu::new(tractor.clone(), stage.receiver());
             let ecu = if number == 0 { ecu } else { ecu.elsewhere() };
-            rig.isobus(&spec.id, (ecu, spec.isobus), bus, spec.news, &spec.taps);
+            rig.bus_with(&spec.id, (ecu, spec.functions), bus, spec.news, &spec.taps);
         }
         let mut opened = Vec::new();
         for spec in &scanners {

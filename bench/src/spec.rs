@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 
-use rowscan_bus::isobus::role::Role;
+use rowscan_bus::control_function::ControlFunction;
 use rowscan_bus::nmea::NmeaAddress;
 use rowscan_bus::{BusAddress, BusNews};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
@@ -166,8 +166,8 @@ pub struct BusSpec {
     pub taps: Taps,
     /// Where news of it go.
     pub news: Option<mpsc::Sender<BusNews>>,
-    /// What of ISOBUS the rig itself has on it.
-    pub isobus: Option<Role>,
+    /// The rig's control functions on it beside the tractor's.
+    pub functions: Vec<Box<dyn ControlFunction>>,
 }
 
 /// A place for GNSS sentences.
@@ -255,7 +255,7 @@ impl BusSpec {
             ports: ports.into_iter().collect(),
             taps: Taps::default(),
             news: None,
-            isobus: None,
+            functions: Vec::new(),
         }
     }
 }

@@ -11,6 +11,7 @@ fn sender(message: &Message) -> &'static str {
     match message.source {
         super::pgn::TRACTOR_ADDRESS => "Tractor",
         super::pgn::CANOPY_ADDRESS => "CanopySensor",
+        super::pgn::SPRAYER_ADDRESS => "Sprayer",
         _ => "Vector__XXX",
     }
 }
@@ -30,7 +31,7 @@ const PACKET: [Signal; 3] = [
 
 /// The DBC file of all messages.
 pub fn dbc() -> String {
-    let mut text = String::from("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: Tractor CanopySensor\n");
+    let mut text = String::from("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: Tractor CanopySensor Sprayer\n");
     let signals = |message: &Message| -> Vec<Signal> {
         if message.len > 8 { PACKET.to_vec() } else { message.signals.to_vec() }
     };

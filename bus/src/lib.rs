@@ -6,6 +6,7 @@
 
 mod address;
 pub mod canopy;
+pub mod control_function;
 #[cfg(feature = "read-dbc")]
 pub mod database;
 mod datagrams;

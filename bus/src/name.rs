@@ -60,6 +60,12 @@ impl Name {
         NameParts { class: 6, function: 133, ..Self::tractor_parts() }.into()
     }
 
+    /// The boom's sensors: agriculture, class of sprayers, a function of its own class without a registered number; it takes what address is free.
+    pub fn boom() -> Self {
+        NameParts { self_configurable: true, class: 6, function: 254, identity: 3, ..Self::tractor_parts() }
+            .into()
+    }
+
     /// The parts of the tractor's.
     pub fn tractor_parts() -> NameParts {
         NameParts {

@@ -34,8 +34,8 @@ pub enum Speaker {
     Tractor,
     /// Whoever is behind a port.
     Port(Origin),
-    /// The rig's task controller, or the client of another.
-    Isobus,
+    /// The rig's control function with this place, beside the tractor.
+    Function(usize),
     /// A node that only a fault has brought.
     Ghost(u64),
 }

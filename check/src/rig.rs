@@ -8,6 +8,7 @@ use std::time::Duration;
 use rowscan_bench::{
     At, Bench, BenchSpec, BusSpec, DeviceSpec, Endpoint, NmeaSpec, ScannerSpec, StartState, TimeSpec,
 };
+use rowscan_bus::control_function::ControlFunction;
 use rowscan_bus::isobus::role::SectionLog;
 use rowscan_bus::isobus::trouble::TroubleDesk;
 use rowscan_emulator::clock::{TimeScale, Timer};
@@ -18,6 +19,7 @@ use rowscan_protocol::device::{DialectPolicy, Start};
 use rowscan_recording::{About, Taps};
 use rowscan_scenes::files::{Warning, load_scene, rig_text};
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
+use rowscan_vehicle::Tractor;
 
 use crate::child_clock;
 use crate::fault::ScenarioFault;
@@ -29,8 +31,8 @@ use crate::run_file::RunFile;
 use crate::scenario::{ComputeSpec, DeviceKind, DeviceSpec as ScenarioDevice, End, Mode, Scenario};
 use crate::sentences::Sentences;
 use crate::signal::Source;
-use crate::sprayer::{NAME, SprayerPart};
-use crate::task_controller::{self, TaskControllerPart};
+use crate::sprayer::{BoomSensors, NAME, SprayerPart, SprayerSpec};
+use crate::task_controller::{self, TaskControllerPart, TaskSpec};
 use crate::verdict::name_of;
 use crate::witness::Witness;
 
@@ -131,19 +133,18 @@ impl ScenarioRig {
             witness.watch(&device.id, reading.pipeline);
             spec.scanners.push(scanner(device, folder));
         }
-        let (sections, troubles) = (SectionLog::default(), TroubleDesk::default());
-        let of_server = TroubleDesk::default();
+        let desks = Desks::default();
+        let sprayer = scenario.sprayer.as_ref().map(|spec| {
+            let client = spec.client.map(|_| desks.client.clone());
+            Arc::new(SprayerPart::new(spec.boom.clone(), client))
+        });
         for bus in &scenario.buses {
             let (task, ports) = (&bus.task, bus.ports.iter().map(|port| in_folder(port, folder).parse()));
             let bus = BusSpec::new(&bus.id, ports.collect::<Result<Vec<_>, _>>()?);
-            let sprayer = scenario.sprayer.as_ref().filter(|sprayer| sprayer.bus == bus.id);
-            let isobus = sprayer.and_then(|sprayer| {
-                let desks = (sections.clone(), troubles.clone());
-                Some(sprayer.client?.role(&sprayer.boom, stage.rig.row_spacing_m, desks))
-            });
-            let isobus = isobus.or_else(|| Some(task.as_ref()?.role(of_server.clone())));
+            let own = scenario.sprayer.as_ref().zip(sprayer.clone()).filter(|(own, _)| own.bus == bus.id);
+            let functions = desks.functions(own, task.as_ref(), (&stage, spec.tractor()));
             let taps = frames.taps(&bus.id, &journal).and(recorded());
-            spec.buses.push(BusSpec { taps, isobus, ..bus });
+            spec.buses.push(BusSpec { taps, functions, ..bus });
         }
         for port in &scenario.nmea {
             spec.nmea.push(NmeaSpec { id: port.id.clone(), at: in_folder(&port.port, folder).parse()? });
@@ -156,15 +157,11 @@ impl ScenarioRig {
         let ids = scenario.devices.iter().map(|device| device.id.clone()).collect();
         let plan = bench.faults().cloned().zip(bench.take_fault_events());
         let plan = plan.ok_or("the bench was opened without faults")?;
-        let sprayer = scenario.sprayer.as_ref().map(|spec| {
-            let desk = spec.client.map(|_| troubles);
-            Arc::new(SprayerPart::new(spec.boom.clone(), desk))
-        });
         if let Some(part) = &sprayer {
             plan.0.part(NAME, Arc::<SprayerPart>::clone(part));
         }
         if scenario.buses.iter().any(|bus| bus.task.is_some()) {
-            plan.0.part(task_controller::NAME, Arc::new(TaskControllerPart(of_server)));
+            plan.0.part(task_controller::NAME, Arc::new(TaskControllerPart(desks.server)));
         }
         let desk = FaultDesk::start(plan, faults, ids, journal.clone())?;
         witness.beside(desk.clone());
@@ -185,7 +182,7 @@ impl ScenarioRig {
             sleeps,
             compute,
             frames,
-            sections,
+            sections: desks.sections,
             sentences,
             child_clock,
             sprayer,
@@ -198,6 +195,42 @@ impl ScenarioRig {
         let missed =
             self.bench.scanners().iter().filter_map(|scanner| scanner.counts().counts()?.scans_missed);
         missed.sum()
+    }
+}
+
+/// What the rig's control functions on its buses share with those who order them, and those who judge.
+#[derive(Default)]
+struct Desks {
+    /// What sections of a task controller's client were told.
+    sections: SectionLog,
+    /// What is wrong with that client.
+    client: TroubleDesk,
+    /// What is wrong with the rig's own task controller.
+    server: TroubleDesk,
+}
+
+impl Desks {
+    /// The control functions on a bus: those of a sprayer that is on it, and a task controller with its task.
+    fn functions(
+        &self,
+        sprayer: Option<(&SprayerSpec, Arc<SprayerPart>)>,
+        task: Option<&TaskSpec>,
+        (stage, tractor): (&Stage, Tractor),
+    ) -> Vec<Box<dyn ControlFunction>> {
+        let mut functions: Vec<Box<dyn ControlFunction>> = Vec::new();
+        functions.extend(task.map(|task| Box::new(task.role(self.server.clone())) as Box<_>));
+        let Some((own, part)) = sprayer else { return functions };
+        let client = own.client.map(|client| {
+            let desks = (self.sections.clone(), self.client.clone());
+            Box::new(client.role(&own.boom, stage.rig.row_spacing_m, desks)) as Box<_>
+        });
+        functions.extend(client);
+        // Behind the client: what its sections are told now is seen now.
+        functions.extend(own.boom.sensors.map(|sensors| {
+            let beside = (part, tractor, self.sections.clone());
+            Box::new(BoomSensors::new(own, sensors, stage.scene.seed, beside)) as Box<_>
+        }));
+        functions
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use rowscan_bus::isobus::role::Role;
+use rowscan_bus::control_function::ControlFunction;
 use rowscan_bus::link::PortEvent;
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::troubles::{Carried, Speaker};
@@ -20,7 +20,7 @@ use crate::faulted::BusFaults;
 use crate::firing::Firing;
 use crate::lockstep::OutputCount;
 
-/// Frames that the ISOBUS role answers at one instant; more is a quarrel without end.
+/// Frames that the rig's control functions answer at one instant; more is a quarrel without end.
 const MOST_ANSWERS: usize = 256;
 /// Name of the recorded stream.
 const STREAM: &str = "can";
@@ -29,8 +29,8 @@ const STREAM: &str = "can";
 #[derive(Debug)]
 pub(crate) struct BusOutput {
     ecu: TractorEcu,
-    /// What of ISOBUS the rig has here.
-    isobus: Option<Role>,
+    /// The rig's control functions here beside the tractor's.
+    functions: Vec<Box<dyn ControlFunction>>,
     bus: Bus,
     inbox: Inbox,
     /// What the ports have heard and is not answered yet.
@@ -56,7 +56,7 @@ pub(crate) struct BusOutput {
 
 impl BusOutput {
     pub(crate) fn new(
-        (ecu, isobus): (TractorEcu, Option<Role>),
+        (ecu, functions): (TractorEcu, Vec<Box<dyn ControlFunction>>),
         (bus, inbox): (Bus, Inbox),
         news: Option<mpsc::Sender<BusNews>>,
         delivery: Delivery,
@@ -66,7 +66,7 @@ impl BusOutput {
         let (open, held) = (bus.is_open_from_the_start(), delivery.is_patient());
         let mut output = Self {
             ecu,
-            isobus,
+            functions,
             bus,
             inbox,
             heard: VecDeque::new(),
@@ -89,18 +89,20 @@ impl BusOutput {
 
     /// What is said when a port opens; settled where its nodes have been on the bus for long.
     fn opened(&mut self, at: SimTime, settled: bool) -> Vec<(Speaker, CanFrame)> {
-        let (mut ecu, mut isobus) = (Vec::new(), Vec::new());
+        let mut frames = Vec::new();
         match settled {
-            true => self.ecu.open_settled(at, &mut ecu),
-            false => self.ecu.open(at, &mut ecu),
+            true => self.ecu.open_settled(at, &mut frames),
+            false => self.ecu.open(at, &mut frames),
         }
-        match (&mut self.isobus, settled) {
-            (Some(role), true) => role.open_settled(at, &mut isobus),
-            (Some(role), false) => role.open(at, &mut isobus),
-            (None, _) => {}
+        let mut said: Vec<_> = frames.drain(..).map(|frame| (Speaker::Tractor, frame)).collect();
+        for (place, function) in self.functions.iter_mut().enumerate() {
+            match settled {
+                true => function.open_settled(at, &mut frames),
+                false => function.open(at, &mut frames),
+            }
+            said.extend(frames.drain(..).map(|frame| (Speaker::Function(place), frame)));
         }
-        let ecu = ecu.into_iter().map(|frame| (Speaker::Tractor, frame));
-        ecu.chain(isobus.into_iter().map(|frame| (Speaker::Isobus, frame))).collect()
+        said
     }
 
     /// From now on what others say takes effect so much later.
@@ -119,8 +121,8 @@ impl BusOutput {
             (false, false) => Some(SimTime::ZERO),
             (false, true) => {
                 let later = self.later.front().map(|(at, ..)| *at);
-                let isobus = self.isobus.as_ref().and_then(Role::next);
-                [self.ecu.next(), isobus, self.faults.next(), later].into_iter().flatten().min()
+                let own = self.functions.iter().filter_map(|function| function.next()).min();
+                [self.ecu.next(), own, self.faults.next(), later].into_iter().flatten().min()
             }
         }
     }
@@ -137,10 +139,10 @@ impl BusOutput {
         let mut frames = Vec::new();
         self.ecu.poll(firing.at, &mut frames);
         said.extend(frames.drain(..).map(|frame| (Speaker::Tractor, frame)));
-        if let Some(role) = &mut self.isobus {
-            role.poll(firing.at, &mut frames);
+        for (place, function) in self.functions.iter_mut().enumerate() {
+            function.poll(firing.at, &mut frames);
+            said.extend(frames.drain(..).map(|frame| (Speaker::Function(place), frame)));
         }
-        said.extend(frames.into_iter().map(|frame| (Speaker::Isobus, frame)));
         self.send(firing.at, said, firing.delivery).await;
         false
     }
@@ -224,21 +226,25 @@ impl BusOutput {
         self.put(at, carried, delivery).await;
     }
 
-    /// What passed, with what the ISOBUS role answers to it.
+    /// What passed, with what the rig's control functions answer to it.
     fn answered(&mut self, at: SimTime, carried: Vec<Carried>) -> Vec<Carried> {
-        let Some(role) = &mut self.isobus else { return carried };
+        if self.functions.is_empty() {
+            return carried;
+        }
         let (mut all, mut next, mut answers) = (carried, 0, 0);
         while let Some(passed) = all.get(next).copied() {
             next += 1;
             let Carried::Frame(speaker, frame) = passed else { continue };
-            let mut said = Vec::new();
-            if speaker != Speaker::Isobus {
-                role.handle(at, &frame, &mut said);
-            }
-            answers += said.len();
-            if answers <= MOST_ANSWERS {
-                let said = said.into_iter().map(|frame| (Speaker::Isobus, frame)).collect();
-                all.extend(self.faults.carry(at, &mut self.ecu, said));
+            for (place, function) in self.functions.iter_mut().enumerate() {
+                let mut said = Vec::new();
+                if speaker != Speaker::Function(place) {
+                    function.handle(at, &frame, &mut said);
+                }
+                answers += said.len();
+                if answers <= MOST_ANSWERS {
+                    let said = said.into_iter().map(|frame| (Speaker::Function(place), frame)).collect();
+                    all.extend(self.faults.carry(at, &mut self.ecu, said));
+                }
             }
         }
         all
@@ -250,7 +256,7 @@ impl BusOutput {
                 Carried::Frame(speaker, frame) => {
                     let (side, from) = match speaker {
                         Speaker::Port(origin) => (Side::Host, Some(origin)),
-                        Speaker::Tractor | Speaker::Isobus | Speaker::Ghost(_) => (Side::Device, None),
+                        Speaker::Tractor | Speaker::Function(_) | Speaker::Ghost(_) => (Side::Device, None),
                     };
                     self.tap.record(side, frame.to_text().as_bytes());
                     self.bus.send((at, frame), from, delivery).await;

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 
-use rowscan_bus::isobus::role::Role;
+use rowscan_bus::control_function::ControlFunction;
 use rowscan_bus::nmea::{GnssEpochs, NmeaLine};
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::{Bus, BusNews, Inbox};
@@ -264,14 +264,14 @@ impl Rig {
         news: Option<mpsc::Sender<BusNews>>,
         taps: &Taps,
     ) {
-        self.isobus(id, (ecu, None), bus, news, taps);
+        self.bus_with(id, (ecu, Vec::new()), bus, news, taps);
     }
 
-    /// The same with what of ISOBUS the rig has on this bus.
-    pub fn isobus(
+    /// The same with the rig's other control functions on this bus.
+    pub fn bus_with(
         &mut self,
         id: &str,
-        (ecu, role): (TractorEcu, Option<Role>),
+        ecus: (TractorEcu, Vec<Box<dyn ControlFunction>>),
         bus: (Bus, Inbox),
         news: Option<mpsc::Sender<BusNews>>,
         taps: &Taps,
@@ -282,7 +282,7 @@ impl Rig {
         }
         self.buses.push((id.to_owned(), faults.part()));
         self.receivers.gnss.store(true, Ordering::Relaxed);
-        let output = BusOutput::new((ecu, role), bus, news, self.timeline.clock.delivery(), taps, faults);
+        let output = BusOutput::new(ecus, bus, news, self.timeline.clock.delivery(), taps, faults);
         self.timeline.sources.push(Source::Bus(Box::new(output)));
     }
 

@@ -41,6 +41,8 @@ pub enum SprayerFault {
     Drip(Valves, f64),
     /// The pump gives this share of its flow.
     PumpLow(f64),
+    /// The flow meter tells so many times the flow.
+    FlowMeterOff(f64),
     /// The master switch is off.
     MasterOff,
     /// The driver holds the valves shut.

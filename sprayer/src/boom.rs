@@ -4,6 +4,7 @@ use rowscan_strict_toml::{TomlError, from_toml};
 use serde::{Deserialize, Serialize};
 
 use crate::hydraulics::{Hydraulics, RateTable, Wrong};
+use crate::live::Sensors;
 use crate::span::Span;
 use crate::valve::{Valve, ValveError};
 
@@ -59,6 +60,9 @@ pub struct Boom {
     /// What is wanted of the rate; it is not judged where left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<RateTable>,
+    /// What its sensors tell on the bus; nothing is told where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensors: Option<Sensors>,
     /// The sections.
     #[serde(rename = "section")]
     #[schemars(example = empty())]
@@ -323,6 +327,11 @@ impl Boom {
         within("watchdog_s", self.watchdog_s.unwrap_or(1.0), 0.001, 3600.0, "0.001 to 3600 s")?;
         self.valve.validate().map_err(|cause| BoomError::Valve { of: "`valve`".to_owned(), cause })?;
         self.validate_hydraulics()?;
+        if let Some(sensors) = self.sensors {
+            let expected = "0.01 to 100000 pulses a litre";
+            within("sensors.pulses_per_l", sensors.pulses_per_l, 0.01, 1e5, expected)?;
+            within("sensors.tank_l", sensors.tank_l.unwrap_or(1.0), 0.01, 6000.0, "0.01 to 6000 l")?;
+        }
         if self.sections.is_empty() {
             return Err(value_error("section", "1 section or more", 0));
         }

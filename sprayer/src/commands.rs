@@ -68,35 +68,80 @@ impl CommandLog {
 
     /// The duty of every nozzle over time, shut before the first step; the boom's watchdog closes all when nothing is heard for too long.
     pub fn duties(&self, boom: &Boom) -> Vec<Vec<Step>> {
-        let nozzles = boom.nozzles();
-        let mut duties: Vec<Vec<Step>> = vec![Vec::new(); nozzles.len()];
-        let numbers: Vec<u16> = boom.numbers().collect();
-        let next = self.0.iter().skip(1).map(|command| Some(command.at)).chain([None]);
-        for (command, next) in self.0.iter().zip(next) {
-            let at = command.at.as_secs_f64();
-            for (nozzle, steps) in nozzles.iter().zip(&mut duties) {
-                let is_meant = match command.target {
-                    Target::All => true,
-                    Target::Section(number) => numbers.get(nozzle.section) == Some(&number),
-                    Target::Nozzle(number) => nozzle.number == usize::from(number),
-                    Target::Regulator => false,
-                };
-                if is_meant {
-                    tell(steps, at, command.duty.clamp(0.0, 1.0));
-                }
-            }
-            let Some(late) = boom.watchdog_s.map(|watchdog_s| at + watchdog_s) else { continue };
-            if next.is_none_or(|next| next.as_secs_f64() > late) {
-                duties.iter_mut().for_each(|steps| tell(steps, late, 0.0));
-            }
-        }
-        duties
+        let mut duties = Duties::new(boom);
+        self.0.iter().for_each(|command| duties.tell(command));
+        duties.silent(f64::INFINITY);
+        duties.steps
     }
 
     /// Openings of the regulating valve that were commanded, 0 to 1.
     pub fn openings(&self) -> Vec<Step> {
         let own = self.0.iter().filter(|command| command.target == Target::Regulator);
         own.map(|command| (command.at.as_secs_f64(), command.duty.clamp(0.0, 1.0))).collect()
+    }
+}
+
+/// The duty of every nozzle as commands come, one after the other.
+#[derive(Clone, Debug)]
+pub(crate) struct Duties {
+    /// The place of each nozzle's section.
+    sections: Vec<usize>,
+    /// The sections' numbers in commands.
+    numbers: Vec<u16>,
+    watchdog_s: Option<f64>,
+    /// When something was heard last, if all has not been closed since.
+    heard_s: Option<f64>,
+    /// By nozzle.
+    pub(crate) steps: Vec<Vec<Step>>,
+}
+
+impl Duties {
+    pub(crate) fn new(boom: &Boom) -> Self {
+        let sections: Vec<usize> = boom.nozzles().iter().map(|nozzle| nozzle.section).collect();
+        let steps = vec![Vec::new(); sections.len()];
+        Self {
+            sections,
+            numbers: boom.numbers().collect(),
+            watchdog_s: boom.watchdog_s,
+            heard_s: None,
+            steps,
+        }
+    }
+
+    pub(crate) fn tell(&mut self, command: &Command) {
+        let at = command.at.as_secs_f64();
+        self.silent(at);
+        for ((number, section), steps) in self.sections.iter().enumerate().zip(&mut self.steps) {
+            let is_meant = match command.target {
+                Target::All => true,
+                Target::Section(named) => self.numbers.get(*section) == Some(&named),
+                Target::Nozzle(named) => number == usize::from(named),
+                Target::Regulator => false,
+            };
+            if is_meant {
+                tell(steps, at, command.duty.clamp(0.0, 1.0));
+            }
+        }
+        self.heard_s = Some(at);
+    }
+
+    /// Nothing more is heard before `until_s`: the watchdog closes all, if it is time.
+    pub(crate) fn silent(&mut self, until_s: f64) {
+        let Some(late) = self.heard_s.zip(self.watchdog_s).map(|(heard, watchdog)| heard + watchdog) else {
+            return;
+        };
+        if until_s > late {
+            self.steps.iter_mut().for_each(|steps| tell(steps, late, 0.0));
+            self.heard_s = None;
+        }
+    }
+
+    /// Forgets steps before `from_s`, but what holds then.
+    pub(crate) fn forget(&mut self, from_s: f64) {
+        for steps in &mut self.steps {
+            let before = steps.partition_point(|(at, _)| *at <= from_s).saturating_sub(1);
+            steps.drain(..before);
+        }
     }
 }
 

@@ -9,6 +9,7 @@ use crate::flow::Flow;
 use crate::hydraulics::{Node, Signals};
 use crate::span::{Span, Spans};
 use crate::troubles::Troubles;
+use crate::valve::Step;
 use crate::wanted::Passing;
 
 /// A drive of a boom past an orchard.
@@ -135,14 +136,8 @@ impl Pass {
 
     fn delivered(&self, log: &CommandLog, troubles: &Troubles) -> Delivery {
         let until_s = self.time().to;
-        let duties = troubles.duties(&self.boom, log.duties(&self.boom));
-        let each = self.nozzles.iter().zip(duties);
-        let flows: Vec<Flow> = each
-            .map(|(nozzle, steps)| {
-                nozzle.valve.flow(&steps, (nozzle.number, self.seed), nozzle.flow_l_s, until_s)
-            })
-            .collect();
-        let flows = troubles.flows(&self.boom, flows, until_s);
+        let flows =
+            valve_flows((&self.boom, &self.nozzles, self.seed), log.duties(&self.boom), troubles, until_s);
         let Some(keys) = self.boom.hydraulics else { return Delivery { flows, node: None } };
         let at_m_s = self.boom.rate.map_or(1.0, |rate| rate.at_m_s);
         let rate = |at: f64| self.drive.speed_m_s(at) / at_m_s;
@@ -178,4 +173,18 @@ impl Pass {
         let Some((from, before_m)) = self.ways.get(next.saturating_sub(1)) else { return 0.0 };
         before_m + (self.drive.y_m(at) - self.drive.y_m(*from)).abs()
     }
+}
+
+/// What leaves each nozzle at the nominal pressure for these duties.
+pub(crate) fn valve_flows(
+    (boom, nozzles, seed): (&Boom, &[Nozzle], u64),
+    commanded: Vec<Vec<Step>>,
+    troubles: &Troubles,
+    until_s: f64,
+) -> Vec<Flow> {
+    let duties = troubles.duties(boom, commanded);
+    let each = nozzles.iter().zip(duties);
+    let flows = each
+        .map(|(nozzle, steps)| nozzle.valve.flow(&steps, (nozzle.number, seed), nozzle.flow_l_s, until_s));
+    troubles.flows(boom, flows.collect(), until_s)
 }

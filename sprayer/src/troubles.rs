@@ -24,7 +24,7 @@ pub struct Trouble {
 }
 
 impl Trouble {
-    fn span(&self) -> Span {
+    pub(crate) fn span(&self) -> Span {
         Span::new(self.from, self.to.unwrap_or(f64::INFINITY))
     }
 }
@@ -169,6 +169,9 @@ pub fn refusal(boom: &Boom, fault: &SprayerFault) -> Option<String> {
         SprayerFault::SwappedWires(one, other) => section(one).or_else(|| section(other)),
         SprayerFault::PumpLow(_) if boom.hydraulics.is_none() => {
             Some("the boom's pressure is constant; add `[hydraulics]` to it".to_owned())
+        }
+        SprayerFault::FlowMeterOff(_) if boom.sensors.is_none() => {
+            Some("nobody hears the boom's flow meter; add `[sensors]` to it".to_owned())
         }
         _ => None,
     }

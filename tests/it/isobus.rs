@@ -126,9 +126,9 @@ fn sections_set_by_a_task_controller_move_as_by_our_own_message() {
     assert!(verdict(&found, "recall").2.contains(&format!("found {recall:.4}")), "{found:#?}");
     assert_eq!(kept(&folder.path().join("again")).0, theirs.0, "the same run again");
     // What was set by DDI 290 was told by DDI 161 after the dead time: 150 ms to open, 100 ms to close.
-    let set = process_data(&theirs.1, "0CCB90F7");
+    let set = process_data(&theirs.1, "0CCB91F7");
     let set: Vec<_> = set.iter().filter(|(_, data)| data[..4] == [0x23, 0, 0x22, 1]).collect();
-    let told = process_data(&theirs.1, "0CCBF790");
+    let told = process_data(&theirs.1, "0CCBF791");
     let told: Vec<_> = told.iter().filter(|(_, data)| data[..4] == [0x23, 0, 0xA1, 0]).collect();
     let alone = set.windows(2).filter(|pair| pair[1].0 - pair[0].0 > 200_000);
     let mut seen = 0;
@@ -174,6 +174,27 @@ fn without_its_task_controller_the_boom_is_safe_by_on_loss() {
     std::fs::write(scenarios.join("holds.toml"), holds).expect("written");
     let found = judged(&scenarios.join("holds.toml"), "none", &folder.path().join("hold")).expect("Python");
     assert_eq!(verdict(&found, "time_to_safe_s after gone").1, "failed", "{found:#?}");
+}
+
+/// The ten lines of docs/sprayer.md, and the boom's sensors beside the client on one bus.
+#[test]
+fn the_documented_scenario_passes_and_sensors_tell_what_the_client_was_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenarios = scenarios(folder.path());
+    let page = include_str!("../../docs/sprayer.md").split_once("## ISOBUS").expect("the section").1;
+    let block = page.split_once("```toml\n").and_then(|(_, rest)| rest.split_once("```")).expect("a block").0;
+    let path = scenarios.join("documented.toml");
+    std::fs::write(&path, block).expect("written");
+    let Some(found) = judged(&path, "none", &folder.path().join("documented")) else { return };
+    passes(&found);
+    let boom = std::fs::read_to_string(scenarios.join("boom.toml")).expect("it is there");
+    std::fs::write(scenarios.join("told.toml"), format!("{boom}[sensors]\npulses_per_l = 300\n"))
+        .expect("written");
+    let scenario = "use = \"isobus.toml\"\nsprayer = { boom = \"told.toml\", isobus = \"can0\" }\nexpect = [\
+        { what = \"edges\", equals = 0 }, { what = \"signal\", signal = \"can0:SectionStates.Section1\", above = 99, within_s = 2 }]\n";
+    let path = scenarios.join("sensors.toml");
+    std::fs::write(&path, scenario).expect("written");
+    passes(&judged(&path, "none", &folder.path().join("sensors")).expect("Python"));
 }
 
 /// A scenario with this fault and these expectations, beside the others.
@@ -233,7 +254,7 @@ fn a_refused_pool_leaves_the_boom_shut() {
     // The controller believes that its client is active, and sets sections of one that does not listen.
     let (run, folder) = kept(&keep);
     assert_eq!(run["commands"].as_array().map(Vec::len), Some(0));
-    assert!(process_data(&folder, "0CCB90F7").iter().any(|(_, data)| data[..4] == [0x23, 0, 0x22, 1]));
+    assert!(process_data(&folder, "0CCB91F7").iter().any(|(_, data)| data[..4] == [0x23, 0, 0x22, 1]));
     // A sprayer without a task controller cannot lose one.
     let path = with_fault(&scenarios, ("base.toml", "{ row_m = 4 }"), fault, expect);
     let ended = run_check(&path);

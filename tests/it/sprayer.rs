@@ -148,6 +148,27 @@ fn faults_of_the_machine_are_found_by_scores_and_kept_with_the_run() {
     assert!(told["rate"]["p95"].is_f64(), "{told}");
 }
 
+/// What the boom tells on the bus is what its run is scored by afterwards, and a meter that is off is found by the litres that are reported.
+#[test]
+fn a_controller_reports_what_the_flow_meter_counts_and_one_that_is_off_is_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (scenario, ratio) in [("meter.toml", 1.0), ("meter-off.toml", 0.8)] {
+        let keep = folder.path().join(scenario);
+        let Some(found) = verdicts(scenario, "none", &keep) else { return };
+        passes(&found);
+        let told = score(&keep, 0);
+        let litres = told["litres"].as_f64().expect("litres");
+        let run = keep.join(format!("01-{}/seed-7-run-1", scenario.trim_end_matches(".toml")));
+        let log = std::fs::read_to_string(run.join("can0.candump")).expect("it is kept");
+        // FlowMeter, from the boom's address; the last frame comes a tenth of a second before the end at most, when all is shut.
+        let last = log.lines().filter_map(|line| line.split_once("0CFF1A90#")).next_back().expect("pulses").1;
+        let bytes = (0..4).map(|place| u8::from_str_radix(&last[2 * place..2 * place + 2], 16).expect("hex"));
+        let pulses = bytes.rev().fold(0_u32, |sum, byte| sum << 8 | u32::from(byte));
+        let counted = f64::from(pulses) / 300.0 / ratio;
+        assert!((counted - litres).abs() < 0.005 * litres, "{scenario}: {counted} {litres}");
+    }
+}
+
 #[test]
 fn the_same_run_gives_the_same_valves_and_scores_to_the_byte() {
     let folder = tempfile::tempdir().expect("a folder");

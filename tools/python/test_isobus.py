@@ -9,7 +9,7 @@ import pytest
 j1939 = pytest.importorskip("j1939")
 
 SCENARIO = os.path.join(os.path.dirname(__file__), "..", "scenarios", "sprayer", "isobus.toml")
-CLIENT, SERVER, EVERYONE = 0x90, 0xF7, 0xFF
+CLIENT, SERVER, EVERYONE = 0x91, 0xF7, 0xFF
 PROCESS_DATA = 0xCB00
 
 

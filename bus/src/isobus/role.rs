@@ -8,6 +8,7 @@ use rowscan_protocol::time::SimTime;
 use super::client::{SectionOrder, TaskClient};
 use super::server::{TaskServer, Wishes};
 use super::trouble::TroubleDesk;
+use crate::control_function::ControlFunction;
 use crate::frame::CanFrame;
 
 /// What sections were told, in the order of time. Clones share it.
@@ -15,9 +16,10 @@ use crate::frame::CanFrame;
 pub struct SectionLog(Arc<Mutex<Vec<SectionOrder>>>);
 
 impl SectionLog {
-    /// All orders so far.
-    pub fn orders(&self) -> Vec<SectionOrder> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    /// All orders so far, from number `from` on.
+    pub fn orders_from(&self, from: usize) -> Vec<SectionOrder> {
+        let orders = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        orders.get(from..).unwrap_or_default().to_vec()
     }
 
     fn extend(&self, orders: Vec<SectionOrder>) {
@@ -50,25 +52,22 @@ pub enum Role {
     },
 }
 
-impl Role {
-    /// A bus, or another port of it, opens.
-    pub fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+impl ControlFunction for Role {
+    fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         match self {
             Self::Client { client, .. } => client.open(at, out),
             Self::Server { server, .. } => server.open(at, out),
         }
     }
 
-    /// The same where it has sat on the bus for long.
-    pub fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+    fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         match self {
             Self::Client { client, .. } => client.open_settled(at, out),
             Self::Server { server, .. } => server.open_settled(at, out),
         }
     }
 
-    /// When [`Role::poll`] has something to do.
-    pub fn next(&self) -> Option<SimTime> {
+    fn next(&self) -> Option<SimTime> {
         match self {
             Self::Client { client, .. } => client.next(),
             Self::Server { server, task, .. } => {
@@ -78,8 +77,7 @@ impl Role {
         }
     }
 
-    /// Does what is due.
-    pub fn poll(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+    fn poll(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         match self {
             Self::Client { client, log, troubles } => {
                 client.set_trouble(troubles.now());
@@ -98,8 +96,7 @@ impl Role {
         }
     }
 
-    /// A frame was received.
-    pub fn handle(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
+    fn handle(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
         match self {
             Self::Client { client, log, troubles } => {
                 client.set_trouble(troubles.now());

@@ -29,6 +29,10 @@ pub const MESSAGES: &[&Message] = &[
     &sprayer::NOZZLE_DUTY,
     &sprayer::SECTION_DUTY,
     &sprayer::SPRAYER_CONTROL,
+    &sprayer::SECTION_STATES,
+    &sprayer::MORE_SECTION_STATES,
+    &sprayer::SPRAYER_STATE,
+    &sprayer::FLOW_METER,
     &isobus::PROCESS_DATA,
     &isobus::WORKING_SET_MASTER,
     &isobus::LANGUAGE,
@@ -38,3 +42,18 @@ pub const MESSAGES: &[&Message] = &[
 pub const TRACTOR_ADDRESS: u8 = 0xF0;
 /// Where the canopy sensor sits, if nobody else does: the first self-configurable address.
 pub const CANOPY_ADDRESS: u8 = 0x80;
+/// Where the boom sits, if nobody else does. Canopy sensors count up from theirs.
+pub const SPRAYER_ADDRESS: u8 = 0x90;
+
+#[cfg(test)]
+mod tests {
+    use super::MESSAGES;
+
+    #[test]
+    fn a_group_is_one_message() {
+        let mut groups: Vec<u32> = MESSAGES.iter().map(|message| message.pgn).collect();
+        groups.sort_unstable();
+        let twice: Vec<_> = groups.windows(2).filter(|pair| pair[0] == pair[1]).collect();
+        assert!(twice.is_empty(), "one parameter group has two meanings: {twice:?}");
+    }
+}

@@ -1,6 +1,10 @@
 //! What a spray controller tells the nozzles that ride with the tractor, in the range for proprietary broadcasts.
 
+use super::SPRAYER_ADDRESS;
 use crate::message::{Message, Signal};
+
+/// How often a boom tells its states, milliseconds.
+const STATES_MS: u32 = 100;
 
 /// Nozzles that one frame is about.
 pub const NOZZLES: usize = 7;
@@ -74,7 +78,7 @@ pub fn section_duties(data: &[u8]) -> impl Iterator<Item = (u16, f64)> + use<> {
 /// What a controller tells beside duties: where the regulating valve shall go, and how much it believes it has sprayed.
 pub const SPRAYER_CONTROL: Message = Message {
     name: "SprayerControl",
-    pgn: 65_301,
+    pgn: 65_302,
     priority: 3,
     period_ms: None,
     len: 8,
@@ -92,6 +96,83 @@ pub fn sprayer_control(data: &[u8]) -> (Option<f64>, Option<f64>) {
     let percent = values.next().flatten();
     (percent.map(|percent| percent / 100.0), values.next().flatten())
 }
+
+const STATE: Signal = Signal::new("Section", 0, 8, 0.4, "%");
+
+/// How far sections were open: feedback of their valves.
+pub const SECTION_STATES: Message = Message {
+    name: "SectionStates",
+    pgn: 65_303,
+    priority: 3,
+    period_ms: Some(STATES_MS),
+    len: 8,
+    source: SPRAYER_ADDRESS,
+    about: "how far the valves of sections 1 to 8 were open, as a mean since the last frame; 255 where the boom has no such section (proprietary B)",
+    signals: &[
+        Signal { name: "Section1", ..STATE },
+        Signal { name: "Section2", start: 8, ..STATE },
+        Signal { name: "Section3", start: 16, ..STATE },
+        Signal { name: "Section4", start: 24, ..STATE },
+        Signal { name: "Section5", start: 32, ..STATE },
+        Signal { name: "Section6", start: 40, ..STATE },
+        Signal { name: "Section7", start: 48, ..STATE },
+        Signal { name: "Section8", start: 56, ..STATE },
+    ],
+};
+
+/// The same of sections 9 to 16.
+pub const MORE_SECTION_STATES: Message = Message {
+    name: "MoreSectionStates",
+    pgn: 65_304,
+    about: "the same of sections 9 to 16 (proprietary B)",
+    signals: &[
+        Signal { name: "Section9", ..STATE },
+        Signal { name: "Section10", start: 8, ..STATE },
+        Signal { name: "Section11", start: 16, ..STATE },
+        Signal { name: "Section12", start: 24, ..STATE },
+        Signal { name: "Section13", start: 32, ..STATE },
+        Signal { name: "Section14", start: 40, ..STATE },
+        Signal { name: "Section15", start: 48, ..STATE },
+        Signal { name: "Section16", start: 56, ..STATE },
+    ],
+    ..SECTION_STATES
+};
+
+/// What the sensors of the boom tell.
+pub const SPRAYER_STATE: Message = Message {
+    name: "SprayerState",
+    pgn: 65_305,
+    priority: 3,
+    period_ms: Some(STATES_MS),
+    len: 8,
+    source: SPRAYER_ADDRESS,
+    about: "pressure, flow, tank, regulating valve and the driver's switches; not available where the boom has no such sensor (proprietary B)",
+    signals: &[
+        Signal::new("Pressure", 0, 16, 0.01, "bar"),
+        Signal::new("Flow", 16, 16, 0.01, "l/min")
+            .about("through all nozzles, by the flow meter, as a mean since the last frame"),
+        Signal::new("Tank", 32, 16, 0.1, "l").about("what is left in the tank"),
+        Signal::new("RegulatorOpening", 48, 8, 0.4, "%").about("0 is shut: all flow to the nozzles"),
+        Signal::choice("MasterSwitch", 56, 2, &[(0, "off"), (1, "on")]),
+        Signal::choice("HeldShut", 58, 2, &[(0, "no"), (1, "yes")]),
+        Signal::choice("TankEmpty", 60, 2, &[(0, "no"), (1, "yes")]),
+    ],
+};
+
+/// What the flow meter counts.
+pub const FLOW_METER: Message = Message {
+    name: "FlowMeter",
+    pgn: 65_306,
+    priority: 3,
+    period_ms: Some(STATES_MS),
+    len: 8,
+    source: SPRAYER_ADDRESS,
+    about: "whole pulses of the flow meter (proprietary B)",
+    signals: &[
+        Signal::new("Pulses", 0, 32, 1.0, "").about("since the start"),
+        Signal::new("PulseRate", 32, 16, 0.1, "Hz").about("as a mean since the last frame"),
+    ],
+};
 
 #[cfg(test)]
 mod tests {

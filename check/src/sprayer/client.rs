@@ -85,9 +85,9 @@ fn implement(boom: &Boom, width_m: Option<f64>, tank_l: Option<f64>) -> Implemen
     }
 }
 
-/// What sections were told, as commands.
-pub(super) fn commands(log: &SectionLog) -> impl Iterator<Item = Command> {
-    log.orders().into_iter().map(|order| Command {
+/// What sections were told from order number `from` on, as commands.
+pub(super) fn commands(log: &SectionLog, from: usize) -> impl Iterator<Item = Command> + use<> {
+    log.orders_from(from).into_iter().map(|order| Command {
         at: order.at,
         target: Target::Section(order.number),
         duty: if order.is_open { 1.0 } else { 0.0 },

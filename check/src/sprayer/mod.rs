@@ -5,11 +5,13 @@ mod judge;
 mod kept;
 mod part;
 mod run;
+mod sensors;
 mod spec;
 
 pub(crate) use judge::judge;
 pub use kept::KeptError;
 pub(crate) use part::{NAME, SprayerPart};
 pub use run::{Intercepted, Relative, SprayerRun};
+pub(crate) use sensors::BoomSensors;
 pub use spec::SprayerSpec;
 pub(crate) use spec::{SprayerTable, settled};

@@ -95,7 +95,7 @@ impl SprayerRun {
             reports.extend(spec.reported_litres(id, &bytes).map(|litres| (at.as_secs_f64(), litres)));
         }
         if spec.client.is_some() {
-            commands.extend(client::commands(sections));
+            commands.extend(client::commands(sections, 0));
             commands.sort_by_key(|command| command.at);
         }
         let log = commands.into_iter().collect();

@@ -60,6 +60,7 @@ pub const ROWS: &[Row] = &[
     sprayer::blocked_nozzle::ROW,
     sprayer::drip::ROW,
     sprayer::pump_low::ROW,
+    sprayer::flow_meter_off::ROW,
     sprayer::master_off::ROW,
     sprayer::held_shut::ROW,
     sprayer::tank_empty::ROW,

@@ -302,6 +302,16 @@ impl Node {
         self.segments.get(next.saturating_sub(1))
     }
 
+    /// What its pressure sensor tells at `at`, bar.
+    pub fn sensed_bar(&self, at: f64) -> f64 {
+        self.segment(at).map_or(self.sensed_bar, |segment| segment.sensed_bar(at, self.keys.sensor_s))
+    }
+
+    /// Opening of its regulating valve now.
+    pub fn opening(&self) -> f64 {
+        self.opening
+    }
+
     /// Time constant of its pressure sensor, seconds.
     pub fn sensor_s(&self) -> f64 {
         self.keys.sensor_s
@@ -310,7 +320,9 @@ impl Node {
     /// Where the litres of `times` came from and went to.
     pub fn balance(&self, times: Span) -> Balance {
         let mut all = Balance::default();
-        for segment in &self.segments {
+        let first = self.segments.partition_point(|segment| segment.span.to <= times.from);
+        let own = self.segments.iter().skip(first).take_while(|segment| segment.span.from < times.to);
+        for segment in own {
             let Some(part) = segment.span.common(times) else { continue };
             let root_s = segment.integral(part);
             let pump_l = segment.pump_l_s * part.length();

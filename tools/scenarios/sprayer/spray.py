@@ -3,7 +3,7 @@
 usage: spray.py SCANNER CAN [--fault NAME]
 
 SCANNER is HOST:PORT of the scanner (CoLa B), CAN that of a socketcand server. Each scan is kept with the way driven when it was made. A section is told to open
-when the nozzle will be at leaves by the time its flow begins, and to close likewise. It says `SectionDuty` (PGN 65300) at each change and each 50 ms. How bytes become scans and
+when the nozzle will be at leaves by the time its flow begins, and to close likewise. It says `SectionDuty` (PGN 65300) at each change and each 50 ms, and the litres that a flow meter counts, where it hears one. How bytes become scans and
 frames is that of the survey's controller beside this folder. Time is that of CAN frames and scans, never this computer's.
 
 With `--fault`, or SPRAY_FAULT in the environment, the controller has one of the errors below; the scenarios beside this file must find it.
@@ -30,7 +30,8 @@ FAULTS = {
     "keeps_open": "keeps valves as they are when the scanner is lost",
 }
 
-SECTION_DUTY = 0xFF14
+SECTION_DUTY, SPRAYER_CONTROL, FLOW_METER = 0xFF14, 0xFF16, 0xFF1A
+PULSES_PER_L = 300  # of the flow meter, as boom.toml has it
 PERIOD_S = 0.05
 SILENT_S = 0.3  # without a scan or a speed for so long all is shut
 STANDSTILL_M_S = 0.1
@@ -57,6 +58,8 @@ class Controller:
         if group == GROUND_SPEED:
             raw = data[0] | data[1] << 8
             self.speed_m_s, self.speed_at_s = (raw / 1000 if raw <= 64255 else 0.0), at_s
+        if group == FLOW_METER:
+            self.report(int.from_bytes(data[:4], "little") / PULSES_PER_L)
         self.decide()
 
     def on_scan(self, scan):
@@ -69,6 +72,9 @@ class Controller:
         while self.seen[0][0] < self.way_m - KEPT_M:
             self.seen.popleft()
         self.decide()
+
+    def report(self, litres):
+        self.can.send(SPRAYER_CONTROL, b"\xff" * 4 + round(litres * 1000).to_bytes(4, "little"))
 
     def advance(self, to_s):
         if to_s > self.now_s:

@@ -29,14 +29,14 @@ use crate::frame::{CanFrame, EVERYONE, J1939Id};
 use crate::node::{AddressState, Node};
 use crate::pgn::isobus::{LANGUAGE, PROCESS_DATA, WORKING_SET_MASTER};
 use crate::pgn::network::{REQUEST, REQUEST_ACKNOWLEDGEMENT};
-use crate::pgn::{TRACTOR_ADDRESS, canopy, tractor};
+use crate::pgn::{SPRAYER_ADDRESS, TRACTOR_ADDRESS, canopy, tractor};
 
 /// Between two of its status messages.
 const STATUS: Duration = Duration::from_secs(2);
 /// The longest message that it takes.
 const LONGEST: usize = 1785;
-/// Where it sits, if nobody else does.
-const ADDRESS: u8 = 0x90;
+/// Where it sits, if nobody else does: beside the boom's sensors.
+const ADDRESS: u8 = SPRAYER_ADDRESS + 1;
 /// Speed and canopy are not known any more after so long.
 const STALE: Duration = Duration::from_millis(500);
 /// Place of the height among the signals of the canopy's summary.

@@ -47,7 +47,7 @@ impl Played {
     /// The task controller says these bytes of process data.
     fn told(&mut self, bytes: [u8; 8]) {
         let everyone = bytes[0] & 0xF == command::SERVER_STATUS;
-        let to = if everyone { EVERYONE } else { 0x90 };
+        let to = if everyone { EVERYONE } else { 0x91 };
         self.hear(&process_data::frame((SERVER, to), bytes).expect("a frame"));
     }
 
@@ -78,7 +78,7 @@ impl Played {
         assert_eq!(self.said(), [[0x00, 255, 255, 255, 255, 255, 255, 255]], "the version is asked for");
         self.told([0x10, 4, 0xFF, 0x11, 0, 1, 32, 0]);
         let asked = self.said.pop().expect("the language is asked for").1;
-        assert_eq!((asked.id.bits(), asked.data()), (0x18EA_F790, &[0x0F, 0xFE, 0x00][..]));
+        assert_eq!((asked.id.bits(), asked.data()), (0x18EA_F791, &[0x0F, 0xFE, 0x00][..]));
         let id = J1939Id { source: SERVER, ..LANGUAGE.id(SERVER) };
         self.hear(&CanFrame::new(id.id(), b"en\x50\0\0\0\xFF\xFF").expect("a frame"));
         assert_eq!(self.said(), [[0x01, 255, 255, 255, 255, 255, 255, 255]], "the structure label");
@@ -135,7 +135,7 @@ fn it_is_silent_for_six_seconds_and_then_waits_for_a_task_controller() {
     played.status();
     let ids: Vec<(u32, u8)> =
         played.said.iter().map(|(_, frame)| (frame.id.bits(), frame.data()[0])).collect();
-    assert_eq!(ids, [(0x1CFE_0D90, 1), (0x0CCB_F790, 0xFF), (0x14CB_F790, 0x00)]);
+    assert_eq!(ids, [(0x1CFE_0D91, 1), (0x0CCB_F791, 0xFF), (0x14CB_F791, 0x00)]);
 }
 
 #[test]
@@ -310,12 +310,12 @@ fn only_its_own_task_controller_is_obeyed() {
     let mut played = Played::new(4, OnLoss::Close);
     played.connect();
     let told = ProcessData { command: command::VALUE, element: 2, ddi: 290, value: word(&[1], &[]) };
-    played.hear(&process_data::frame((0x33, 0x90), told.bytes()).expect("a frame"));
+    played.hear(&process_data::frame((0x33, 0x91), told.bytes()).expect("a frame"));
     played.hear(&process_data::frame((SERVER, 0x55), told.bytes()).expect("a frame"));
     assert_eq!(played.client.take_orders(), []);
     // Who does not know us says so.
-    let nack = [1, 255, 255, 255, 0x90, 0x00, 0xCB, 0x00];
-    let id = J1939Id { source: SERVER, destination: 0x90, ..REQUEST_ACKNOWLEDGEMENT.id(0) };
+    let nack = [1, 255, 255, 255, 0x91, 0x00, 0xCB, 0x00];
+    let id = J1939Id { source: SERVER, destination: 0x91, ..REQUEST_ACKNOWLEDGEMENT.id(0) };
     played.hear(&CanFrame::new(id.id(), &nack).expect("a frame"));
     assert!(matches!(played.client.connection(), Connection::Silent(_)));
 }

@@ -12,7 +12,7 @@ use crate::pgn::network::REQUEST;
 const MS: u64 = 1_000_000;
 const S: u64 = 1000 * MS;
 /// Where clients sit here.
-const CLIENT: u8 = 0x90;
+const CLIENT: u8 = 0x91;
 
 /// Numbers that look like chance: splitmix64.
 struct Chance(u64);

@@ -3,6 +3,7 @@
 pub(super) mod blocked_nozzle;
 pub(super) mod coil_open;
 pub(super) mod drip;
+pub(super) mod flow_meter_off;
 pub(super) mod held_shut;
 pub(super) mod master_off;
 pub(super) mod pump_low;
