@@ -15,6 +15,7 @@ pub mod error_frame;
 mod fast_packet;
 pub mod field;
 pub mod frame;
+pub mod isobus;
 mod join;
 pub mod link;
 pub mod message;

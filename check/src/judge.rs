@@ -12,7 +12,7 @@ use crate::runner::RunRecord;
 use crate::scenario::{Expect, Scenario};
 use crate::what::{Count, Kind, Measure};
 use crate::witness::Stream;
-use crate::{signal, sprayer};
+use crate::{process_value, signal, sprayer};
 
 /// Longest file of a run that is compared.
 const MOST_BYTES: u64 = 512 * 1024 * 1024;
@@ -31,9 +31,6 @@ pub(crate) struct Runs {
 /// Judges expectation number `number`.
 pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, tried: &Runs) -> Judged {
     let runs = tried.all.as_slice();
-    if let Kind::Needs(needs) = expect.what.kind {
-        return Judged::error(format!("`{}` is not there yet: it needs {needs}", expect.what.name));
-    }
     let Some(run) = runs.first() else { return Judged::error("it was not run") };
     if let Some(error) = runs.iter().find_map(|run| run.error.as_ref()) {
         return Judged::error(error);
@@ -59,7 +56,7 @@ pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, tried: 
         Kind::SameBytes => same_bytes(expect, runs),
         Kind::ExitCode => exit_code(scenario, expect, run),
         Kind::Sprayer(asked) => sprayer::judge(expect, asked, run),
-        Kind::Needs(_) => Err(String::new()),
+        Kind::ProcessValue => process_value::judge(expect, run),
     };
     let judged = judged.unwrap_or_else(Judged::error).beside_jitter(scenario.clock.scale, run.jitter);
     let judged = judged.beside_sleeps(from_event(expect.after.as_ref(), run).unwrap_or_default(), run);

@@ -9,6 +9,8 @@ use rowscan_bench::{
     At, Bench, BenchSpec, BusSpec, DeviceSpec, Endpoint, NmeaSpec, ScannerSpec, StartState, TimeSpec,
 };
 use rowscan_bus::control_function::ControlFunction;
+use rowscan_bus::isobus::role::SectionLog;
+use rowscan_bus::isobus::trouble::TroubleDesk;
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{ChildClock, Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
@@ -17,6 +19,7 @@ use rowscan_protocol::device::{DialectPolicy, Start};
 use rowscan_recording::{About, Taps};
 use rowscan_scenes::files::{Warning, load_scene, rig_text};
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
+use rowscan_vehicle::Tractor;
 
 use crate::child_clock;
 use crate::fault::ScenarioFault;
@@ -28,7 +31,8 @@ use crate::run_file::RunFile;
 use crate::scenario::{ComputeSpec, DeviceKind, DeviceSpec as ScenarioDevice, End, Mode, Scenario};
 use crate::sentences::Sentences;
 use crate::signal::Source;
-use crate::sprayer::{BoomSensors, NAME, SprayerPart};
+use crate::sprayer::{BoomSensors, NAME, SprayerPart, SprayerSpec};
+use crate::task_controller::{self, TaskControllerPart, TaskSpec};
 use crate::verdict::name_of;
 use crate::witness::Witness;
 
@@ -55,6 +59,8 @@ pub(crate) struct ScenarioRig {
     pub(crate) compute: Compute,
     /// What its buses have heard.
     pub(crate) frames: Frames,
+    /// What sections of the sprayer were told, where it is a task controller's client.
+    pub(crate) sections: SectionLog,
     /// What its GNSS receiver has said, if an expectation is of that.
     pub(crate) sentences: Sentences,
     /// The clock of children whose time is simulated, if there are any.
@@ -127,19 +133,18 @@ impl ScenarioRig {
             witness.watch(&device.id, reading.pipeline);
             spec.scanners.push(scanner(device, folder));
         }
-        let boom = scenario.sprayer.as_ref().map(|spec| spec.boom.clone());
-        let sprayer = boom.map(|boom| Arc::new(SprayerPart::new(boom)));
+        let desks = Desks::default();
+        let sprayer = scenario.sprayer.as_ref().map(|spec| {
+            let client = spec.client.map(|_| desks.client.clone());
+            Arc::new(SprayerPart::new(spec.boom.clone(), client))
+        });
         for bus in &scenario.buses {
-            let ports = bus.ports.iter().map(|port| in_folder(port, folder).parse());
+            let (task, ports) = (&bus.task, bus.ports.iter().map(|port| in_folder(port, folder).parse()));
             let bus = BusSpec::new(&bus.id, ports.collect::<Result<Vec<_>, _>>()?);
             let own = scenario.sprayer.as_ref().zip(sprayer.clone()).filter(|(own, _)| own.bus == bus.id);
-            let sensors = own.and_then(|(own, part)| {
-                let beside = (part, spec.tractor());
-                let sensors = BoomSensors::new(own, own.boom.sensors?, stage.scene.seed, beside);
-                Some(Box::new(sensors) as Box<dyn ControlFunction>)
-            });
+            let functions = desks.functions(own, task.as_ref(), (&stage, spec.tractor()));
             let taps = frames.taps(&bus.id, &journal).and(recorded());
-            spec.buses.push(BusSpec { taps, functions: sensors.into_iter().collect(), ..bus });
+            spec.buses.push(BusSpec { taps, functions, ..bus });
         }
         for port in &scenario.nmea {
             spec.nmea.push(NmeaSpec { id: port.id.clone(), at: in_folder(&port.port, folder).parse()? });
@@ -154,6 +159,9 @@ impl ScenarioRig {
         let plan = plan.ok_or("the bench was opened without faults")?;
         if let Some(part) = &sprayer {
             plan.0.part(NAME, Arc::<SprayerPart>::clone(part));
+        }
+        if scenario.buses.iter().any(|bus| bus.task.is_some()) {
+            plan.0.part(task_controller::NAME, Arc::new(TaskControllerPart(desks.server)));
         }
         let desk = FaultDesk::start(plan, faults, ids, journal.clone())?;
         witness.beside(desk.clone());
@@ -174,6 +182,7 @@ impl ScenarioRig {
             sleeps,
             compute,
             frames,
+            sections: desks.sections,
             sentences,
             child_clock,
             sprayer,
@@ -186,6 +195,42 @@ impl ScenarioRig {
         let missed =
             self.bench.scanners().iter().filter_map(|scanner| scanner.counts().counts()?.scans_missed);
         missed.sum()
+    }
+}
+
+/// What the rig's control functions on its buses share with those who order them, and those who judge.
+#[derive(Default)]
+struct Desks {
+    /// What sections of a task controller's client were told.
+    sections: SectionLog,
+    /// What is wrong with that client.
+    client: TroubleDesk,
+    /// What is wrong with the rig's own task controller.
+    server: TroubleDesk,
+}
+
+impl Desks {
+    /// The control functions on a bus: those of a sprayer that is on it, and a task controller with its task.
+    fn functions(
+        &self,
+        sprayer: Option<(&SprayerSpec, Arc<SprayerPart>)>,
+        task: Option<&TaskSpec>,
+        (stage, tractor): (&Stage, Tractor),
+    ) -> Vec<Box<dyn ControlFunction>> {
+        let mut functions: Vec<Box<dyn ControlFunction>> = Vec::new();
+        functions.extend(task.map(|task| Box::new(task.role(self.server.clone())) as Box<_>));
+        let Some((own, part)) = sprayer else { return functions };
+        let client = own.client.map(|client| {
+            let desks = (self.sections.clone(), self.client.clone());
+            Box::new(client.role(&own.boom, stage.rig.row_spacing_m, desks)) as Box<_>
+        });
+        functions.extend(client);
+        // Behind the client: what its sections are told now is seen now.
+        functions.extend(own.boom.sensors.map(|sensors| {
+            let beside = (part, tractor, self.sections.clone());
+            Box::new(BoomSensors::new(own, sensors, stage.scene.seed, beside)) as Box<_>
+        }));
+        functions
     }
 }
 

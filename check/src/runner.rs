@@ -238,7 +238,7 @@ fn sprayed(scenario: &Scenario, rig: &ScenarioRig, record: &RunRecord) -> Option
     let unknown = || format!("nothing is known of {}", spec.bus);
     let (grown, driven) = ((&rig.stage.scene, &rig.stage.orchard), (rig.bench.tractor(), record.ended));
     let troubles = rig.sprayer.as_ref().map(|part| part.troubles()).unwrap_or_default();
-    let of = |bus| SprayerRun::of(spec, grown, (driven, troubles), bus);
+    let of = |bus| SprayerRun::of(spec, grown, (driven, troubles), (bus, &rig.sections));
     Some(record.frames.get(&spec.bus).ok_or_else(unknown).and_then(of))
 }
 

@@ -52,8 +52,8 @@ pub enum Kind {
     ExitCode,
     /// What a sprayer did.
     Sprayer(Sprayed),
-    /// Not before there is this.
-    Needs(&'static str),
+    /// A value of a task controller's client.
+    ProcessValue,
 }
 
 /// What can be expected of a sprayer.
@@ -117,15 +117,6 @@ const fn sprayer(
     tells: &'static str,
 ) -> What {
     What { name, keys, tells, kind: Kind::Sprayer(asked) }
-}
-
-const fn later(
-    name: &'static str,
-    needs: &'static str,
-    keys: &'static [&'static str],
-    tells: &'static str,
-) -> What {
-    What { name, keys, tells, kind: Kind::Needs(needs) }
 }
 
 /// All of them.
@@ -305,12 +296,12 @@ pub const WHATS: &[What] = &[
         &["of", "after", "above", "below", "abs_below", "between"],
         "how far the flow of open nozzles is off what `[rate]` of the boom wants at the tractor's speed, by `of`: `p95` [of the error without its sign, as a share], `mean`, `settling_s` after steps of speed and sections, `overshoot` (a share), or `reported`: the controller's litres beside the true ones, as a share; from an event on with `after`",
     ),
-    later(
-        "ddi",
-        "the task controller",
-        &["element", "ddi", "value", "after", "within_s"],
-        "a value of the task controller",
-    ),
+    What {
+        name: "ddi",
+        keys: &["element", "ddi", "value", "after", "within_s"],
+        tells: "ISOBUS: what was told last of a DDI of an element of a task controller's client is `value`, a whole number, or \"as_setpoint\": what was set last by 290 (of 161), 289 (141) or 1 (2); so many simulated seconds after an event at the latest [0]",
+        kind: Kind::ProcessValue,
+    },
 ];
 
 /// What is called `name`.
@@ -323,11 +314,7 @@ pub fn markdown() -> String {
     let mut text = "| what | keys | tells |\n|---|---|---|\n".to_owned();
     for what in WHATS {
         let keys: Vec<String> = what.keys.iter().map(|key| format!("`{key}`")).collect();
-        let needs = match what.kind {
-            Kind::Needs(needs) => format!(": answered *error*: it needs {needs}"),
-            _ => String::new(),
-        };
-        text += &format!("| `{}` | {} | {}{needs} |\n", what.name, keys.join(", "), what.tells);
+        text += &format!("| `{}` | {} | {} |\n", what.name, keys.join(", "), what.tells);
     }
     text
 }

@@ -18,6 +18,7 @@ mod row;
 mod rows;
 mod settings;
 pub mod sprayer;
+pub mod task_controller;
 pub mod vehicle;
 
 pub use parameter::{Form, Parameter};

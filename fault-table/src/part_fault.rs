@@ -7,6 +7,7 @@ use crate::clock::ClockFault;
 use crate::datagrams::DatagramFault;
 use crate::device::DeviceFault;
 use crate::sprayer::SprayerFault;
+use crate::task_controller::TaskControllerFault;
 use crate::vehicle::{DriveFault, EncoderFault, GnssFault};
 
 /// A fault as its part gets it.
@@ -29,6 +30,8 @@ pub enum PartFault {
     Datagrams(DatagramFault),
     /// Of a sprayer.
     Sprayer(SprayerFault),
+    /// Between a task controller and its client.
+    TaskController(TaskControllerFault),
 }
 
 impl PartFault {

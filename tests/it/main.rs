@@ -40,6 +40,7 @@ mod help;
 mod hostile;
 mod interrupted;
 mod interrupted_reading;
+mod isobus;
 mod links;
 #[cfg(feature = "manual")]
 mod manual_pages;

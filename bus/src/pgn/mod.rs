@@ -2,6 +2,7 @@
 
 pub mod canopy;
 pub mod gnss;
+pub mod isobus;
 pub mod network;
 pub mod sprayer;
 pub mod tractor;
@@ -32,6 +33,9 @@ pub const MESSAGES: &[&Message] = &[
     &sprayer::MORE_SECTION_STATES,
     &sprayer::SPRAYER_STATE,
     &sprayer::FLOW_METER,
+    &isobus::PROCESS_DATA,
+    &isobus::WORKING_SET_MASTER,
+    &isobus::LANGUAGE,
 ];
 
 /// Where the virtual tractor sits: the address of tractor ECUs.

@@ -286,7 +286,7 @@ fn what_needs_the_sprayer_is_not_judged() {
         Kind::Sprayer(Sprayed::TimeToSafe) => Some(", after = \"early\", below = 1000"),
         Kind::Sprayer(Sprayed::Recall | Sprayed::Waste | Sprayed::OffTarget) => Some(", below = 0.5"),
         Kind::Sprayer(_) => Some(", below = 1000"),
-        Kind::Needs(_) => Some(""),
+        Kind::ProcessValue => Some(", element = 2, ddi = 161, value = \"as_setpoint\""),
         _ => None,
     };
     let sprayer: Vec<_> =

@@ -10,6 +10,7 @@ use rowscan_sprayer::safety::Rule;
 
 use super::valve_state::ValveState;
 use crate::journal::END;
+use crate::process_value::ProcessValue;
 use crate::signal::{Must, SignalKeys, Source};
 use crate::what::{self, Count, Kind, RATE, Sprayed, WHATS, What};
 
@@ -99,14 +100,14 @@ pub(super) struct Table {
     /// The edge that is judged.
     #[schemars(example = &"open")]
     edge: Option<String>,
-    /// The boom's element.
-    #[schemars(example = 1)]
+    /// The element of a task controller's client, by its number in process data.
+    #[schemars(example = 2)]
     element: Option<u32>,
-    /// The value's identifier at the task controller.
-    #[schemars(example = 141)]
+    /// The value's number in the data dictionary of ISOBUS.
+    #[schemars(example = 161)]
     ddi: Option<u32>,
-    /// What the value must be.
-    #[schemars(example = 1, extend("x-kind" = "a number or a text"))]
+    /// What the value must be, or `as_setpoint`: what was set last.
+    #[schemars(example = &"as_setpoint", extend("x-kind" = "a number or a text"))]
     value: Option<Value>,
 }
 
@@ -152,6 +153,8 @@ pub struct Expect {
     pub p95_below: Option<f64>,
     /// The state that all valves have.
     pub all: Option<ValveState>,
+    /// The value of a task controller's client.
+    pub process: Option<ProcessValue>,
 }
 
 /// What a number must be; all that are given.
@@ -378,6 +381,9 @@ impl Expect {
             edge: table.edge.as_deref().map(edge_named).transpose()?,
             p95_below: table.p95_below,
             all: table.all.as_deref().map(ValveState::named).transpose()?,
+            process: (what.kind == Kind::ProcessValue)
+                .then(|| ProcessValue::new((table.element, table.ddi), table.value.as_ref()))
+                .transpose()?,
         })
     }
 
@@ -556,6 +562,7 @@ impl Expect {
         title += &self.signal.as_ref().map_or(String::new(), SignalKeys::title);
         title += &self.edge.map_or(String::new(), |edge| format!(" {}", edge.name()));
         title += &self.all.map_or(String::new(), |state| format!(" all {}", state.name()));
+        title += &self.process.map_or(String::new(), ProcessValue::title);
         for (word, text) in [("of", &self.file), ("on", &self.on), ("after", &self.after)] {
             if let Some(text) = text {
                 title += &format!(" {word} {text}");

@@ -13,6 +13,7 @@ use serde::de::IgnoredAny;
 use super::expect::Expect;
 use crate::fault::ScenarioFault;
 use crate::sprayer::SprayerTable;
+use crate::task_controller::TaskControllerTable;
 
 /// The tables of a scenario file.
 #[derive(Debug, Default, Deserialize, schemars::JsonSchema)]
@@ -273,6 +274,8 @@ pub(super) struct BusTable {
     /// The DBC file that names its signals, from this file.
     #[schemars(example = &"nozzles.dbc")]
     pub(super) dbc: Option<String>,
+    /// The rig's own ISOBUS task controller on it, for a controller that is itself the client; docs/sprayer.md.
+    pub(super) task_controller: Option<TaskControllerTable>,
 }
 
 impl BusTable {

@@ -24,6 +24,7 @@ pub use valve_state::ValveState;
 use crate::fault::ScenarioFault;
 use crate::frames::FramePattern;
 use crate::sprayer::SprayerSpec;
+use crate::task_controller::TaskSpec;
 
 /// How many files may use one another.
 const DEEPEST: usize = 8;
@@ -146,6 +147,8 @@ pub struct BusSpec {
     pub ports: Vec<String>,
     /// The DBC file that names its signals, from the scenario.
     pub dbc: Option<String>,
+    /// The task that the rig's own task controller carries out on it.
+    pub task: Option<TaskSpec>,
 }
 
 /// A place for GNSS sentences by name.

@@ -18,6 +18,7 @@ use super::{BusSpec, Clock, ComputeSpec, DeviceKind, DeviceSpec, End, PortSpec, 
 use crate::fault::ScenarioFault;
 use crate::signal::{Names, Source, Ways};
 use crate::sprayer::{self, SprayerTable};
+use crate::task_controller::TaskSpec;
 
 /// The largest DBC file.
 const LARGEST_DBC: u64 = 64 * 1024 * 1024;
@@ -36,7 +37,7 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
     let mut faults = file.faults.unwrap_or_default();
     ScenarioFault::name_all(&mut faults);
     let ports = file.bus.iter().flatten().flat_map(BusTable::all);
-    let mut refusal = needs_sprayer(ports).or_else(|| not_here(&faults));
+    let mut refusal = needs_agopengps(ports).or_else(|| not_here(&faults));
     let runs = file.run.unwrap_or_default();
     let clock = clock(&file.clock.unwrap_or_default(), &runs, &mut refusal)?;
     let mut settled_runs = Vec::new();
@@ -71,9 +72,9 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
     Ok(scenario)
 }
 
-fn needs_sprayer<'a>(mut ports: impl Iterator<Item = &'a String>) -> Option<String> {
+fn needs_agopengps<'a>(mut ports: impl Iterator<Item = &'a String>) -> Option<String> {
     let port = ports.find(|port| port.starts_with("udp-aog:"))?;
-    Some(format!("`{port}` needs the sprayer's task controller, which is not there yet"))
+    Some(format!("`{port}` needs AgOpenGPS's messages, which are not there yet"))
 }
 
 /// The first fault that is not built, and why.
@@ -90,9 +91,21 @@ fn buses(tables: Option<Vec<BusTable>>) -> Result<Vec<BusSpec>, String> {
             Err(format!("bus `{}`: `port` and `ports` both say where it is; leave one out", table.id))
         }
         (_, 0) => Err(format!("bus `{}`: it has no port; add `ports = [\"…\"]`", table.id)),
-        _ => Ok(BusSpec { ports: table.all().cloned().collect(), id: table.id, dbc: table.dbc }),
+        _ => {
+            let ports = table.all().cloned().collect();
+            let task = table.task_controller.map(TaskSpec::new).transpose();
+            let task = task.map_err(|why| format!("bus `{}`: {why}", table.id))?;
+            Ok(BusSpec { ports, id: table.id, dbc: table.dbc, task })
+        }
     };
-    tables.unwrap_or_default().into_iter().map(bus).collect()
+    let buses: Vec<BusSpec> = tables.unwrap_or_default().into_iter().map(bus).collect::<Result<_, _>>()?;
+    let own: Vec<&str> = buses.iter().filter(|bus| bus.task.is_some()).map(|bus| bus.id.as_str()).collect();
+    match own.as_slice() {
+        [first, second, ..] => {
+            Err(format!("buses `{first}` and `{second}` both have a `task_controller`; leave one out"))
+        }
+        _ => Ok(buses),
+    }
 }
 
 fn ports_of(tables: Option<Vec<PortTable>>) -> Vec<PortSpec> {
@@ -123,6 +136,14 @@ fn signals(scenario: &mut Scenario, sprayer: Option<SprayerTable>) -> Result<(),
         runs: scenario.runs.iter().map(|run| run.id.as_str()).collect(),
     };
     scenario.sprayer = sprayer.map(|table| sprayer::settled(table, &folder, &ways)).transpose()?;
+    let client = scenario.sprayer.as_ref().filter(|sprayer| sprayer.client.is_some());
+    let has_both = |bus: &&BusSpec| bus.task.is_some() && client.is_some_and(|client| client.bus == bus.id);
+    if let Some(bus) = scenario.buses.iter().find(has_both) {
+        return Err(format!(
+            "bus `{}`: its `task_controller` and the client that `sprayer.isobus` makes are both the rig's own: nothing of yours would be tested; leave one out",
+            bus.id
+        ));
+    }
     for (number, expect) in scenario.expects.iter_mut().enumerate() {
         let Some(keys) = &expect.signal else { continue };
         let told = |message| format!("expectation {}, `{}`: {message}", number + 1, expect.what.name);

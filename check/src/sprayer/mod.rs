@@ -1,5 +1,6 @@
 //! The sprayer of a scenario: its boom, how its commands are heard on a bus, what a run of it did, and what is expected of that.
 
+mod client;
 mod judge;
 mod kept;
 mod part;

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
+use rowscan_bus::isobus::role::SectionLog;
 use rowscan_bus::transport::Assembly;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Orchard, Scene};
@@ -14,6 +15,7 @@ use rowscan_sprayer::{
 use rowscan_vehicle::Tractor;
 use serde::{Deserialize, Serialize};
 
+use super::client;
 use super::spec::SprayerSpec;
 use crate::frames::BusRecord;
 
@@ -68,12 +70,13 @@ pub struct Relative {
 }
 
 impl SprayerRun {
-    /// Of a run that ended at `ended`: who drove, what went wrong with the sprayer, and what its bus carried.
+    /// Of a run that ended at `ended`: who drove, what went wrong with the sprayer, what its bus carried, and what the sections of a task
+    /// controller's client were told.
     pub(crate) fn of(
         spec: &SprayerSpec,
         (scene, orchard): (&Scene, &Orchard),
         ((tractor, ended), troubles): ((&Tractor, SimTime), Troubles),
-        bus: &BusRecord,
+        (bus, sections): (&BusRecord, &SectionLog),
     ) -> Result<Self, String> {
         if bus.lost > 0 {
             return Err(format!(
@@ -82,6 +85,7 @@ impl SprayerRun {
             ));
         }
         let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, ended);
+        let pass = Pass::new(spec.boom.clone(), orchard, drive, scene.seed).with_troubles(troubles);
         let mut assembly = Assembly::default();
         let heard = bus.all.iter().filter_map(|carried| Some((carried.at, assembly.take(&carried.frame)?)));
         let (mut commands, mut reports) = (Vec::new(), Vec::new());
@@ -90,7 +94,10 @@ impl SprayerRun {
             commands.extend(said.map(|(target, duty)| Command { at, target, duty }));
             reports.extend(spec.reported_litres(id, &bytes).map(|litres| (at.as_secs_f64(), litres)));
         }
-        let pass = Pass::new(spec.boom.clone(), orchard, drive, scene.seed).with_troubles(troubles);
+        if spec.client.is_some() {
+            commands.extend(client::commands(sections, 0));
+            commands.sort_by_key(|command| command.at);
+        }
         let log = commands.into_iter().collect();
         Ok(Self { reports, ..Self::judged(pass, log, orchard.clone().into()) })
     }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rowscan_bus::CanFrame;
 use rowscan_bus::control_function::ControlFunction;
+use rowscan_bus::isobus::role::SectionLog;
 use rowscan_bus::message::{Message, Payload};
 use rowscan_bus::name::Name;
 use rowscan_bus::node::Node;
@@ -15,6 +16,7 @@ use rowscan_sprayer::live::States;
 use rowscan_sprayer::{Command, Live, Sensors};
 use rowscan_vehicle::Tractor;
 
+use super::client;
 use super::part::SprayerPart;
 use super::spec::SprayerSpec;
 
@@ -31,6 +33,8 @@ pub(crate) struct BoomSensors {
     assembly: Assembly,
     part: Arc<SprayerPart>,
     tractor: Tractor,
+    /// What sections of a task controller's client were told, and how much of that was seen.
+    orders: (SectionLog, usize),
     /// The last look, and when it was.
     seen: Option<(SimTime, States)>,
 }
@@ -41,7 +45,7 @@ impl BoomSensors {
         spec: &SprayerSpec,
         sensors: Sensors,
         seed: u64,
-        (part, tractor): (Arc<SprayerPart>, Tractor),
+        (part, tractor, orders): (Arc<SprayerPart>, Tractor, SectionLog),
     ) -> Self {
         let messages = if spec.boom.numbers().any(|number| number > 8) { MORE } else { MESSAGES };
         Self {
@@ -51,7 +55,19 @@ impl BoomSensors {
             assembly: Assembly::default(),
             part,
             tractor,
+            orders: (orders, 0),
             seen: None,
+        }
+    }
+}
+
+impl BoomSensors {
+    /// Orders of a client's sections are commands.
+    fn follow(&mut self) {
+        let (log, seen) = &mut self.orders;
+        for command in client::commands(log, *seen) {
+            *seen += 1;
+            self.live.tell(&command);
         }
     }
 }
@@ -95,6 +111,7 @@ impl ControlFunction for BoomSensors {
     }
 
     fn poll(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+        self.follow();
         let Self { node, live, part, tractor, seen, .. } = self;
         let mut look = |message: &'static Message, at: SimTime| {
             if seen.as_ref().is_none_or(|(last, _)| *last < at) {

@@ -10,6 +10,7 @@ use rowscan_bus::{CanId, J1939Id};
 use rowscan_sprayer::{Boom, Target};
 use serde::Deserialize;
 
+use super::client::{ClientSpec, OnLossValue};
 use crate::signal::{SignalKeys, Source, Ways};
 
 /// The largest file of a boom.
@@ -36,6 +37,14 @@ pub(crate) struct SprayerTable {
     /// The signal that tells the litres which the controller believes it has sprayed; `SprayerControl.ReportedLitres` where left out.
     #[schemars(example = &"can0:Rate.Litres")]
     pub(crate) reported_litres: Option<String>,
+    /// The bus on which it is a client of the controller's ISOBUS task controller, in the place of `bus` and `command`; docs/sprayer.md.
+    #[schemars(example = &"can0")]
+    pub(crate) isobus: Option<String>,
+    /// With `isobus`: what sections do when their task controller is lost, `close` [close] or `hold`.
+    pub(crate) on_loss: Option<OnLossValue>,
+    /// With `isobus`: what its tank holds at the start, litres; nothing is told of a tank where left out.
+    #[schemars(range(min = 1, max = 100_000), example = 400.0)]
+    pub(crate) tank_l: Option<f64>,
 }
 
 /// A sprayer, its values checked.
@@ -51,6 +60,8 @@ pub struct SprayerSpec {
     regulator: Option<Field>,
     /// The signal that tells the controller's litres.
     reported: Option<Field>,
+    /// It is a client of a task controller on this bus.
+    pub(crate) client: Option<ClientSpec>,
 }
 
 /// The sprayer of a scenario in `folder`.
@@ -62,19 +73,44 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
         String::from_utf8(bytes).map_err(|_| told(&"expected text, found bytes that are not UTF-8"))?;
     let boom = Boom::read(&text).map_err(|error| told(&error))?;
     let known: Vec<&str> = ways.buses.iter().map(|(bus, _)| *bus).collect();
-    let mut spec = match (table.bus, table.command) {
-        (Some(_), Some(_)) => {
-            Err("`sprayer`: `bus` and `command` both say where commands are heard; leave one out".to_owned())
-        }
-        (None, None) => Err("`sprayer`: nothing says where its commands are heard; add `bus`".to_owned()),
-        (Some(bus), None) if known.contains(&bus.as_str()) => {
-            Ok(SprayerSpec { boom, bus, fields: Vec::new(), regulator: None, reported: None })
-        }
-        (Some(bus), None) => Err(format!(
-            "`sprayer.bus`: there is no bus `{bus}`{}",
+    let there = |key: &str, bus: String| match known.contains(&bus.as_str()) {
+        true => Ok(bus),
+        false => Err(format!(
+            "`sprayer.{key}`: there is no bus `{bus}`{}",
             rowscan_strict_toml::suggestion(&bus, &known)
         )),
-        (None, Some(name)) => named(boom, &name, ways),
+    };
+    if table.isobus.is_none() && (table.on_loss.is_some() || table.tank_l.is_some()) {
+        return Err(
+            "`sprayer`: `on_loss` and `tank_l` are of a client of a task controller; add `isobus`".to_owned()
+        );
+    }
+    let heard_on = |bus, client| SprayerSpec {
+        boom: boom.clone(),
+        bus,
+        fields: Vec::new(),
+        regulator: None,
+        reported: None,
+        client,
+    };
+    let mut spec = match (table.bus, table.command, table.isobus) {
+        (None, None, None) => {
+            Err("`sprayer`: nothing says where its commands are heard; add `bus`".to_owned())
+        }
+        (Some(bus), None, None) => Ok(heard_on(there("bus", bus)?, None)),
+        (None, Some(name), None) => named(boom.clone(), &name, ways),
+        (None, None, Some(bus)) => {
+            let client = ClientSpec::new(table.on_loss, table.tank_l)?;
+            Ok(heard_on(there("isobus", bus)?, Some(client)))
+        }
+        (bus, command, _) => {
+            let keys = match (bus.is_some(), command.is_some()) {
+                (true, true) => "`bus` and `command`",
+                (true, false) => "`bus` and `isobus`",
+                _ => "`command` and `isobus`",
+            };
+            Err(format!("`sprayer`: {keys} both say where commands are heard; leave one out"))
+        }
     }?;
     let one = |key: &str, name: Option<String>| {
         let Some(name) = name else { return Ok(None) };
@@ -116,7 +152,7 @@ fn named(boom: Boom, name: &str, ways: &Ways<'_>) -> Result<SprayerSpec, String>
         bus = of;
         fields.push((number, field));
     }
-    Ok(SprayerSpec { boom, bus, fields, regulator: None, reported: None })
+    Ok(SprayerSpec { boom, bus, fields, regulator: None, reported: None, client: None })
 }
 
 impl SprayerSpec {
@@ -129,6 +165,10 @@ impl SprayerSpec {
             None => None,
         };
         let opening = opening.map(|opening| (Target::Regulator, opening));
+        // The sections of a task controller's client hear nobody else.
+        if self.client.is_some() {
+            return opening.into_iter().collect();
+        }
         if self.fields.is_empty() {
             return ours(id, bytes).into_iter().chain(opening).collect();
         }
@@ -191,6 +231,9 @@ mod tests {
             command: command.map(str::to_owned),
             regulator: None,
             reported_litres: None,
+            isobus: None,
+            on_loss: None,
+            tank_l: None,
         };
         let ways = Ways { buses: vec![("can0", None)], nmea: Vec::new(), runs: vec!["sut"] };
         settled(table, folder, &ways)

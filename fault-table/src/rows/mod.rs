@@ -14,6 +14,7 @@ mod refusal;
 mod rest;
 mod sprayer;
 mod stored;
+mod task_controller;
 
 use crate::row::Row;
 
@@ -69,6 +70,10 @@ pub const ROWS: &[Row] = &[
     sprayer::master_off::ROW,
     sprayer::held_shut::ROW,
     sprayer::tank_empty::ROW,
+    task_controller::tc_lost::ROW,
+    task_controller::tc_busy::ROW,
+    task_controller::ddop_refused::ROW,
+    task_controller::heartbeat_stop::ROW,
 ];
 
 #[cfg(test)]

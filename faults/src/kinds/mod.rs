@@ -68,7 +68,6 @@ pub static FAULTS: LazyLock<Vec<Fault>> = LazyLock::new(|| {
 pub const NOT_HERE: &[(&str, &str)] = &[
     ("modem", "no modem lines are emulated; a pseudo-terminal has none, and RFC 2217 would carry them"),
     ("host_pause", "a child's fault, and only `rowscan check` runs a child: give it there, in a scenario"),
-    ("tc_lost / tc_busy / ddop_refused / heartbeat_stop", "the sprayer's task controller is not there yet"),
 ];
 
 #[cfg(test)]

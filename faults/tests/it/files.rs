@@ -80,9 +80,9 @@ fn mistakes_name_their_line_and_the_remedy() {
             "the fault `modem` is not there: no modem lines are emulated; a pseudo-terminal has none, and RFC 2217 would carry them",
         ),
         (
-            "name = \"heartbeat_stop\"\n",
+            "name = \"flow_meter_off\"\n",
             2,
-            "the fault `heartbeat_stop` is not there: the sprayer's task controller is not there yet",
+            "the fault `flow_meter_off` is not there: the sprayer's flow meter is not on the bus yet",
         ),
         (
             "name = \"encoder\"\n",

@@ -1,0 +1,327 @@
+//! The valve bank of a client: what sections are told, what they do after their dead times, and what of it is told.
+
+use std::time::Duration;
+
+use rowscan_protocol::time::SimTime;
+
+use crate::isobus::ddi::{self, Work};
+use crate::isobus::implement::{Implement, element};
+
+/// What sections do when their task controller is lost, or section control is switched to manual.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnLoss {
+    /// All close.
+    #[default]
+    Close,
+    /// They stay as they are.
+    Hold,
+}
+
+/// A section is told to open or close.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SectionOrder {
+    /// When.
+    pub at: SimTime,
+    /// The section's number.
+    pub number: u16,
+    /// Whether it shall be open.
+    pub is_open: bool,
+}
+
+/// One section's valve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Valve {
+    /// What the task controller wants of it.
+    wanted: bool,
+    /// What it is told: what is wanted, while the master switch is on.
+    told: bool,
+    /// What it does.
+    open: bool,
+    /// When it does what it is told.
+    due: Option<SimTime>,
+}
+
+/// The valve bank.
+#[derive(Clone, Debug)]
+pub(super) struct Bank {
+    implement: Implement,
+    valves: Vec<Valve>,
+    /// Master switch, by the setpoint work state.
+    is_on: bool,
+    /// Sections follow the task controller.
+    is_automatic: bool,
+    prescription: i32,
+    rate: i32,
+    /// Signed ground speed of the tractor, m/s, while it is heard.
+    pub(super) speed_m_s: Option<f64>,
+    /// Height of the canopy, mm, while a sensor tells it.
+    pub(super) canopy_mm: Option<i32>,
+    /// What was sprayed up to an instant, litres.
+    sprayed: (SimTime, f64),
+    orders: Vec<SectionOrder>,
+}
+
+/// Why a value is not set: bits of [`crate::isobus::process_data::refusal`].
+pub(super) type Refusal = u8;
+
+impl Bank {
+    pub(super) fn new(implement: Implement) -> Self {
+        let shut = Valve { wanted: false, told: false, open: false, due: None };
+        let valves = vec![shut; implement.sections.len()];
+        Self {
+            implement,
+            valves,
+            is_on: true,
+            is_automatic: true,
+            prescription: 1,
+            rate: 0,
+            speed_m_s: None,
+            canopy_mm: None,
+            sprayed: (SimTime::ZERO, 0.0),
+            orders: Vec::new(),
+        }
+    }
+
+    /// What sections were told since the last call.
+    pub(super) fn take_orders(&mut self) -> Vec<SectionOrder> {
+        std::mem::take(&mut self.orders)
+    }
+
+    /// When a valve does what it was told.
+    pub(super) fn next(&self) -> Option<SimTime> {
+        self.valves.iter().filter_map(|valve| valve.due).min()
+    }
+
+    /// Lets valves do what is due.
+    pub(super) fn poll(&mut self, at: SimTime) {
+        while let Some(due) = self.next().filter(|due| *due <= at) {
+            self.count(due);
+            for valve in self.valves.iter_mut().filter(|valve| valve.due == Some(due)) {
+                (valve.open, valve.due) = (valve.told, None);
+            }
+        }
+    }
+
+    /// The task controller is lost, or was told to keep out.
+    pub(super) fn lose(&mut self, at: SimTime, policy: OnLoss) {
+        if policy == OnLoss::Close {
+            self.valves.iter_mut().for_each(|valve| valve.wanted = false);
+            self.follow(at);
+        }
+    }
+
+    /// Sets a value.
+    ///
+    /// # Errors
+    /// Why not; the caller has made sure that the element has the DDI and that it can be set.
+    pub(super) fn set(&mut self, at: SimTime, ddi: u16, value: i32, policy: OnLoss) -> Result<(), Refusal> {
+        use crate::isobus::process_data::refusal;
+        let state = |states: std::ops::RangeInclusive<i32>| {
+            states.contains(&value).then_some(value).ok_or(refusal::VALUE)
+        };
+        if let Some(word) = ddi::word(ddi, ddi::SETPOINT_SECTIONS) {
+            self.set_sections(at, word, value);
+            return Ok(());
+        }
+        match ddi {
+            ddi::SETPOINT_WORK => {
+                // 2 and 3 change nothing.
+                self.is_on = Work::from_bits(state(0..=3)? as u32).is_on().unwrap_or(self.is_on);
+                self.follow(at);
+            }
+            ddi::SECTION_CONTROL => {
+                let was = std::mem::replace(&mut self.is_automatic, state(0..=1)? == 1);
+                if was && !self.is_automatic {
+                    self.lose(at, policy);
+                }
+            }
+            ddi::PRESCRIPTION_CONTROL => self.prescription = state(0..=1)?,
+            ddi::SETPOINT_RATE => self.rate = state(0..=i32::MAX)?,
+            _ => return Err(refusal::NOT_SETTABLE),
+        }
+        Ok(())
+    }
+
+    fn set_sections(&mut self, at: SimTime, word: u16, value: i32) {
+        // In manual the task controller's wishes have no effect.
+        if !self.is_automatic {
+            return;
+        }
+        let first = usize::from(word * ddi::SECTIONS);
+        for (valve, work) in self.valves.iter_mut().skip(first).zip(ddi::sections(value)) {
+            valve.wanted = work.is_on().unwrap_or(valve.wanted);
+        }
+        self.follow(at);
+    }
+
+    /// Valves are told what is wanted of them.
+    fn follow(&mut self, at: SimTime) {
+        self.count(at);
+        let Self { implement, valves, is_on, orders, .. } = self;
+        for (valve, section) in valves.iter_mut().zip(&implement.sections) {
+            let told = valve.wanted && *is_on;
+            if told == valve.told {
+                continue;
+            }
+            valve.told = told;
+            let ms = if told { implement.on_ms } else { implement.off_ms };
+            // A pulse that is over before its valve has moved leaves it where it is.
+            let delay = Duration::from_millis(u64::try_from(ms).unwrap_or(0));
+            valve.due = (valve.open != told).then_some(at + delay);
+            orders.push(SectionOrder { at, number: section.number, is_open: told });
+        }
+    }
+
+    /// Counts what has been sprayed up to `at`, by nominal flow.
+    fn count(&mut self, at: SimTime) {
+        let (from, litres) = self.sprayed;
+        let s = at.as_secs_f64() - from.as_secs_f64();
+        self.sprayed = (at.max(from), litres + self.flow_l_min() / 60.0 * s.max(0.0));
+    }
+
+    fn flow_l_min(&self) -> f64 {
+        let open = self.implement.sections.iter().zip(&self.valves).filter(|(_, valve)| valve.open);
+        open.map(|(section, _)| section.flow_l_min).sum()
+    }
+
+    /// Litres per hectare now: at standstill without end while anything is open.
+    fn rate_l_ha(&self) -> Option<f64> {
+        let flow = self.flow_l_min();
+        if flow == 0.0 {
+            return Some(0.0);
+        }
+        // Without a width nothing is known of an area.
+        let width_m = Some(f64::from(self.implement.width_mm) / 1000.0).filter(|width_m| *width_m > 0.0);
+        let m2_s = self.speed_m_s?.abs() * width_m?;
+        Some(flow / 60.0 / m2_s * 10_000.0)
+    }
+
+    /// The value of a DDI of an element; none where it is not known.
+    pub(super) fn value(&self, at: SimTime, of: u16, ddi: u16) -> Option<i32> {
+        let any = self.valves.iter().any(|valve| valve.open);
+        let words = |first| ddi::word(ddi, first).filter(|word| *word < self.implement.words());
+        let condensed = |word: u16, state: fn(&Valve) -> bool| {
+            let first = usize::from(word * ddi::SECTIONS);
+            ddi::condensed(self.valves.iter().skip(first).map(|valve| Work::of(state(valve))))
+        };
+        Some(match (of, ddi) {
+            (element::DEVICE | element::BOOM, ddi::ACTUAL_WORK) => Work::of(any).bits() as i32,
+            (element::DEVICE, ddi::CANOPY_HEIGHT) => self.canopy_mm?,
+            (element::BOOM, ddi::ACTUAL_WIDTH) => self.implement.width_mm,
+            (element::BOOM, ddi::SETPOINT_WORK) => Work::of(self.is_on).bits() as i32,
+            (element::BOOM, ddi::SECTION_CONTROL) => i32::from(self.is_automatic),
+            (element::BOOM, ddi::TURN_ON_TIME) => self.implement.on_ms,
+            (element::BOOM, ddi::TURN_OFF_TIME) => self.implement.off_ms,
+            (element::BOOM, _) => match (words(ddi::ACTUAL_SECTIONS), words(ddi::SETPOINT_SECTIONS)) {
+                (Some(word), _) => condensed(word, |valve| valve.open),
+                (_, Some(word)) => condensed(word, |valve| valve.wanted),
+                _ => return None,
+            },
+            (element::TANK, ddi::SETPOINT_RATE) => self.rate,
+            (element::TANK, ddi::ACTUAL_RATE) => ddi::rate(self.rate_l_ha()?),
+            (element::TANK, ddi::PRESCRIPTION_CONTROL) => self.prescription,
+            (element::TANK, ddi::TANK) => {
+                let mut now = self.clone();
+                now.count(at);
+                let left = f64::from(self.implement.tank_ml?) - 1000.0 * now.sprayed.1;
+                left.max(0.0).round() as i32
+            }
+            _ => return None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::isobus::implement::tests::implement;
+    use crate::isobus::process_data::refusal;
+
+    const MS: u64 = 1_000_000;
+
+    fn set(bank: &mut Bank, ms: u64, ddi: u16, value: i32) {
+        bank.set(SimTime(ms * MS), ddi, value, OnLoss::Close).expect("it can be set");
+    }
+
+    #[test]
+    fn sections_do_what_they_are_told_after_their_dead_times() {
+        let mut bank = Bank::new(implement(4));
+        set(&mut bank, 100, 290, 0xFFFF_FF11_u32 as i32);
+        let told: Vec<_> =
+            bank.take_orders().into_iter().map(|order| (order.number, order.is_open)).collect();
+        assert_eq!(told, [(1, true), (3, true)]);
+        let actual = |bank: &Bank| bank.value(SimTime::ZERO, 2, 161).map(|value| value as u32);
+        assert_eq!(actual(&bank), Some(0xFFFF_FF00));
+        assert_eq!(bank.next(), Some(SimTime(115 * MS)));
+        bank.poll(SimTime(115 * MS));
+        assert_eq!((actual(&bank), bank.next()), (Some(0xFFFF_FF11), None));
+        // Section 3 stays as it is, section 1 closes.
+        set(&mut bank, 200, 290, 0xFFFF_FFFC_u32 as i32);
+        assert_eq!(bank.next(), Some(SimTime(210 * MS)));
+        bank.poll(SimTime(210 * MS));
+        assert_eq!(actual(&bank), Some(0xFFFF_FF10));
+        assert_eq!(bank.value(SimTime::ZERO, 2, 290).map(|value| value as u32), Some(0xFFFF_FF10));
+        // A pulse of 5 ms never comes.
+        set(&mut bank, 300, 290, 0xFFFF_FFFD_u32 as i32);
+        set(&mut bank, 305, 290, 0xFFFF_FFFC_u32 as i32);
+        assert_eq!(bank.next(), None);
+    }
+
+    #[test]
+    fn the_master_switch_closes_all_and_gives_them_back() {
+        let mut bank = Bank::new(implement(2));
+        set(&mut bank, 0, 290, 5);
+        set(&mut bank, 10, 289, 0);
+        set(&mut bank, 20, 289, 3);
+        set(&mut bank, 30, 289, 1);
+        let told: Vec<_> = bank.take_orders().iter().map(|order| (order.at.0 / MS, order.is_open)).collect();
+        assert_eq!(told, [(0, true), (0, true), (10, false), (10, false), (30, true), (30, true)]);
+    }
+
+    #[test]
+    fn manual_and_loss_close_or_hold() {
+        for (policy, left) in [(OnLoss::Close, 0), (OnLoss::Hold, 5)] {
+            let mut bank = Bank::new(implement(2));
+            set(&mut bank, 0, 290, 5);
+            bank.poll(SimTime(100 * MS));
+            bank.set(SimTime(100 * MS), 160, 0, policy).expect("settable");
+            bank.poll(SimTime(200 * MS));
+            let open = bank.value(SimTime::ZERO, 2, 161).map(|value| value & 0xF);
+            assert_eq!(open, Some(left), "{policy:?}");
+            // In manual it does not follow.
+            set(&mut bank, 300, 290, 0);
+            bank.poll(SimTime(400 * MS));
+            assert_eq!(bank.value(SimTime::ZERO, 2, 161).map(|value| value & 0xF), Some(left));
+        }
+    }
+
+    #[test]
+    fn rate_and_tank_follow_from_flow_and_speed() {
+        let mut bank = Bank::new(implement(2));
+        let rate = |bank: &Bank| bank.value(SimTime::ZERO, 3, 2);
+        assert_eq!(rate(&bank), Some(0), "nothing flows");
+        set(&mut bank, 0, 290, 5);
+        bank.poll(SimTime(15 * MS));
+        assert_eq!(rate(&bank), None, "the speed is not known");
+        bank.speed_m_s = Some(-1.5);
+        // 4 l/min on 4 m at 1.5 m/s: 111.11 l/ha.
+        assert_eq!(rate(&bank), Some(1_111_111));
+        bank.speed_m_s = Some(0.0);
+        assert_eq!(rate(&bank), Some(i32::MAX));
+        // A minute of 4 l/min, of 400 l.
+        assert_eq!(bank.value(SimTime(60_015 * MS), 3, 72), Some(396_000));
+    }
+
+    #[test]
+    fn values_that_are_none_are_refused() {
+        let mut bank = Bank::new(implement(2));
+        let mut refused =
+            |ddi, value| bank.set(SimTime::ZERO, ddi, value, OnLoss::Close).expect_err("refused");
+        assert_eq!(refused(ddi::SECTION_CONTROL, 2), refusal::VALUE);
+        assert_eq!(refused(ddi::SETPOINT_WORK, 4), refusal::VALUE);
+        assert_eq!(refused(ddi::SETPOINT_RATE, -1), refusal::VALUE);
+        assert_eq!(refused(ddi::ACTUAL_WIDTH, 1), refusal::NOT_SETTABLE);
+        assert_eq!(bank.value(SimTime::ZERO, 0, ddi::CANOPY_HEIGHT), None, "no sensor has told it");
+        assert_eq!(bank.value(SimTime::ZERO, 2, 162), None, "two sections need one word");
+    }
+}

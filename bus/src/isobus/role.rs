@@ -1,0 +1,113 @@
+//! What of ISOBUS the rig itself has on a bus.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rowscan_protocol::time::SimTime;
+
+use super::client::{SectionOrder, TaskClient};
+use super::server::{TaskServer, Wishes};
+use super::trouble::TroubleDesk;
+use crate::control_function::ControlFunction;
+use crate::frame::CanFrame;
+
+/// What sections were told, in the order of time. Clones share it.
+#[derive(Clone, Debug, Default)]
+pub struct SectionLog(Arc<Mutex<Vec<SectionOrder>>>);
+
+impl SectionLog {
+    /// All orders so far, from number `from` on.
+    pub fn orders_from(&self, from: usize) -> Vec<SectionOrder> {
+        let orders = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        orders.get(from..).unwrap_or_default().to_vec()
+    }
+
+    fn extend(&self, orders: Vec<SectionOrder>) {
+        if !orders.is_empty() {
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(orders);
+        }
+    }
+}
+
+/// A control function of the rig that speaks ISOBUS.
+#[derive(Debug)]
+pub enum Role {
+    /// The sprayer, a client of somebody's task controller.
+    Client {
+        /// It.
+        client: Box<TaskClient>,
+        /// Where goes what its sections are told.
+        log: SectionLog,
+        /// What is wrong with it.
+        troubles: TroubleDesk,
+    },
+    /// A task controller, for somebody's client.
+    Server {
+        /// It.
+        server: Box<TaskServer>,
+        /// What it wants, and from when on.
+        task: VecDeque<(SimTime, Wishes)>,
+        /// What is wrong with it.
+        troubles: TroubleDesk,
+    },
+}
+
+impl ControlFunction for Role {
+    fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+        match self {
+            Self::Client { client, .. } => client.open(at, out),
+            Self::Server { server, .. } => server.open(at, out),
+        }
+    }
+
+    fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+        match self {
+            Self::Client { client, .. } => client.open_settled(at, out),
+            Self::Server { server, .. } => server.open_settled(at, out),
+        }
+    }
+
+    fn next(&self) -> Option<SimTime> {
+        match self {
+            Self::Client { client, .. } => client.next(),
+            Self::Server { server, task, .. } => {
+                let due = task.front().map(|(due, _)| *due);
+                server.next().into_iter().chain(due).min()
+            }
+        }
+    }
+
+    fn poll(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
+        match self {
+            Self::Client { client, log, troubles } => {
+                client.set_trouble(troubles.now());
+                client.poll(at, out);
+                log.extend(client.take_orders());
+            }
+            Self::Server { server, task, troubles } => {
+                server.set_trouble(troubles.now());
+                server.poll(at, out);
+                while task.front().is_some_and(|(due, _)| *due <= at) {
+                    let Some((_, wishes)) = task.pop_front() else { break };
+                    server.command(at, wishes, out);
+                }
+                server.take_news();
+            }
+        }
+    }
+
+    fn handle(&mut self, at: SimTime, frame: &CanFrame, out: &mut Vec<CanFrame>) {
+        match self {
+            Self::Client { client, log, troubles } => {
+                client.set_trouble(troubles.now());
+                client.handle(at, frame, out);
+                log.extend(client.take_orders());
+            }
+            Self::Server { server, troubles, .. } => {
+                server.set_trouble(troubles.now());
+                server.handle(at, frame, out);
+                server.take_news();
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! The rig's own task controller on a bus: `[[bus]] task_controller = { … }`. It commands a client by a list of times, and faults act on it.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use rowscan_bus::isobus::role::Role;
+use rowscan_bus::isobus::server::{TaskServer, Wishes};
+use rowscan_bus::isobus::trouble::TroubleDesk;
+use rowscan_fault_table::PartFault;
+use rowscan_faults::{Fit, Order, Part};
+use rowscan_protocol::time::SimTime;
+use serde::Deserialize;
+
+/// What faults and `on` call it.
+pub(crate) const NAME: &str = "task_controller";
+/// The highest number of a section: 16 words of 16 sections.
+const MOST_SECTIONS: u16 = 256;
+
+/// `task_controller = { … }`
+#[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TaskControllerTable {
+    /// What it wants of its clients, one after the other; nothing, and all sections shut, until the first.
+    pub(crate) step: Option<Vec<StepTable>>,
+}
+
+/// A step of a task.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StepTable {
+    /// From when on, simulated seconds.
+    #[schemars(range(min = 0), example = 2.0)]
+    pub(crate) at_s: f64,
+    /// The sections that are open then, by their places in the client's object pool, from 1; all others shut.
+    #[schemars(example = [1, 3])]
+    pub(crate) open: Option<Vec<u16>>,
+    /// The rate from then on, litres per hectare; as before where left out.
+    #[schemars(range(min = 0, max = 100_000), example = 300.0)]
+    pub(crate) rate_l_ha: Option<f64>,
+}
+
+/// A task, its values checked: what is wanted, and from when on.
+#[derive(Clone, Debug, Default)]
+pub struct TaskSpec(VecDeque<(SimTime, Wishes)>);
+
+impl TaskSpec {
+    /// Of this table.
+    pub(crate) fn new(table: TaskControllerTable) -> Result<Self, String> {
+        let mut steps = VecDeque::new();
+        let mut last = (-1.0, None);
+        for step in table.step.unwrap_or_default() {
+            let at_s = step.at_s;
+            if !(at_s >= 0.0 && at_s.is_finite() && at_s > last.0) {
+                return Err(format!(
+                    "`task_controller.step`: expected `at_s` of 0 or more, each later than the one before, found {at_s}"
+                ));
+            }
+            if let Some(rate) = step.rate_l_ha.filter(|rate| !(0.0..=100_000.0).contains(rate)) {
+                return Err(format!(
+                    "`task_controller.step`: expected `rate_l_ha` of 0 to 100000, found {rate}"
+                ));
+            }
+            let open = step.open.unwrap_or_default();
+            if let Some(wrong) = open.iter().find(|number| !(1..=MOST_SECTIONS).contains(*number)) {
+                return Err(format!(
+                    "`task_controller.step`: expected sections 1 to {MOST_SECTIONS}, found {wrong}"
+                ));
+            }
+            let count = open.iter().copied().max().unwrap_or(0);
+            last = (at_s, step.rate_l_ha.or(last.1));
+            let wishes = Wishes {
+                rate_l_ha: last.1,
+                sections: (1..=count).map(|number| open.contains(&number)).collect(),
+            };
+            steps.push_back((SimTime((at_s * 1e9).round() as u64), wishes));
+        }
+        Ok(Self(steps))
+    }
+
+    /// The control function that carries it out.
+    pub(crate) fn role(&self, troubles: TroubleDesk) -> Role {
+        let server = Box::new(TaskServer::new(Wishes::default()));
+        Role::Server { server, task: self.0.clone(), troubles }
+    }
+}
+
+/// The task controller as a part that faults act on.
+#[derive(Debug)]
+pub(crate) struct TaskControllerPart(pub(crate) TroubleDesk);
+
+impl Part for TaskControllerPart {
+    fn fits(&self, fault: &PartFault) -> Fit {
+        match fault {
+            PartFault::TaskController(_) => Fit::Acts,
+            _ => Fit::Foreign,
+        }
+    }
+
+    fn begin(&self, order: &Order<'_>) {
+        if let PartFault::TaskController(fault) = order.fault {
+            self.0.begin(order.key, *fault);
+        }
+    }
+
+    fn end(&self, key: u64, _: Duration) {
+        self.0.end(key);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::expect_used, reason = "a test fails by panicking")]
+
+    use super::*;
+
+    fn task(text: &str) -> Result<TaskSpec, String> {
+        let table = rowscan_strict_toml::from_toml(text).expect("a table");
+        TaskSpec::new(table)
+    }
+
+    #[test]
+    fn steps_keep_their_rate_and_shut_what_they_do_not_name() {
+        let text =
+            "step = [{ at_s = 1, open = [1, 3], rate_l_ha = 200 }, { at_s = 2.5, open = [2] }, { at_s = 3 }]";
+        let TaskSpec(steps) = task(text).expect("sound");
+        let wishes = |sections: &[bool]| Wishes { rate_l_ha: Some(200.0), sections: sections.to_vec() };
+        let expected = [
+            (SimTime(1_000_000_000), wishes(&[true, false, true])),
+            (SimTime(2_500_000_000), wishes(&[false, true])),
+            (SimTime(3_000_000_000), wishes(&[])),
+        ];
+        assert_eq!(steps, expected);
+    }
+
+    #[test]
+    fn what_is_wrong_in_a_task_is_said() {
+        for (text, says) in [
+            ("step = [{ at_s = 2 }, { at_s = 1 }]", "each later than the one before, found 1"),
+            ("step = [{ at_s = -1 }]", "0 or more"),
+            ("step = [{ at_s = 1, open = [0] }]", "expected sections 1 to 256, found 0"),
+            ("step = [{ at_s = 1, rate_l_ha = -3 }]", "found -3"),
+        ] {
+            let why = task(text).expect_err(text);
+            assert!(why.contains(says), "{why}");
+        }
+    }
+}
