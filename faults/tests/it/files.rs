@@ -80,9 +80,9 @@ fn mistakes_name_their_line_and_the_remedy() {
             "the fault `modem` is not there: no modem lines are emulated; a pseudo-terminal has none, and RFC 2217 would carry them",
         ),
         (
-            "name = \"flow_meter_off\"\n",
+            "name = \"host_pause\"\n",
             2,
-            "the fault `flow_meter_off` is not there: the sprayer's flow meter is not on the bus yet",
+            "the fault `host_pause` is not there: a child's fault, and only `rowscan check` runs a child: give it there, in a scenario",
         ),
         (
             "name = \"encoder\"\n",
