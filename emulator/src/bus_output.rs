@@ -182,6 +182,8 @@ impl BusOutput {
 
     /// What a port has heard takes effect.
     async fn take(&mut self, at: SimTime, (origin, heard): (Origin, PortEvent), delivery: Delivery) {
+        let first = std::mem::take(&mut self.first);
+        self.send(at, first, delivery).await;
         let mut replies = Vec::new();
         match heard {
             PortEvent::Opened => {
@@ -238,6 +240,10 @@ impl BusOutput {
             for (place, function) in self.functions.iter_mut().enumerate() {
                 let mut said = Vec::new();
                 if speaker != Speaker::Function(place) {
+                    // What is due by now comes before what is heard now.
+                    if function.next().is_some_and(|due| due <= at) {
+                        function.poll(at, &mut said);
+                    }
                     function.handle(at, &frame, &mut said);
                 }
                 answers += said.len();

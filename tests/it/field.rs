@@ -6,9 +6,9 @@ use rowscan_scenes::{Orchard, TruthGrid};
 use crate::common::binary::{Emulator, assert_says, refused, run};
 use crate::common::recorded::folder;
 
-/// A sheet of three metres of each of three rows, their scans beside it; leaf areas are the true ones times `factor`.
-fn strip(file: &impl Fn(&str) -> String, factor: f64) -> String {
-    let mut sheet = String::from("recording,from_m,to_m,leaf_area_m2\n");
+/// Scans of three rows, and of each three metres with their true leaf areas: recording, beginning, m².
+fn strip(file: &impl Fn(&str) -> String) -> Vec<(String, usize, f64)> {
+    let mut stripped = Vec::new();
     for seed in 9401..9404 {
         let name = format!("row-{seed}.mcap");
         let seed_text = seed.to_string();
@@ -21,19 +21,23 @@ fn strip(file: &impl Fn(&str) -> String, factor: f64) -> String {
         let grid = TruthGrid { slab_m: 1.0, ..TruthGrid::default() };
         let slabs = orchard.truth_of_row(0, grid).slabs;
         for metre in [2, 4, 6] {
-            let leaf_area_m2 = slabs[metre].leaf_area_m2 * factor;
-            sheet.push_str(&format!("{name},{metre},{},{leaf_area_m2}\n", metre + 1));
+            stripped.push((name.clone(), metre, slabs[metre].leaf_area_m2));
         }
     }
-    sheet
+    stripped
 }
 
 #[test]
 fn a_calibration_of_measured_metres_is_that_of_the_leaves_and_a_sheet_in_wrong_units_shows() {
     let (_folder, file) = folder();
     let sheet = file("field.csv");
+    let stripped = strip(&file);
     let report = |factor: f64| -> serde_json::Value {
-        std::fs::write(&sheet, strip(&file, factor)).expect("written");
+        let mut text = String::from("recording,from_m,to_m,leaf_area_m2\n");
+        for (recording, metre, leaf_area_m2) in &stripped {
+            text.push_str(&format!("{recording},{metre},{},{}\n", metre + 1, leaf_area_m2 * factor));
+        }
+        std::fs::write(&sheet, text).expect("written");
         let ended =
             run(&["study", "field", &sheet, "--rig", "spindle", "-o", &file("new.toml"), "--format", "json"]);
         assert_eq!(ended.code, Some(0), "{}", ended.stderr);

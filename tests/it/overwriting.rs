@@ -163,6 +163,7 @@ const OTHERS: &[(&str, &[&str])] = &[
     ("rig new", &["file"]),
     ("man", &["folder"]),
     ("study run", &["file"]),
+    ("study field", &["sheet"]),
     // These have no figure, and say so.
     ("study search", &["file", "selected", "figure"]),
     // Its table is written as that of `study transfer` is.

@@ -41,6 +41,7 @@ pub(crate) struct SprayerTable {
     #[schemars(example = &"can0")]
     pub(crate) isobus: Option<String>,
     /// With `isobus`: what sections do when their task controller is lost, `close` [close] or `hold`.
+    #[schemars(example = &"hold")]
     pub(crate) on_loss: Option<OnLossValue>,
     /// With `isobus`: what its tank holds at the start, litres; nothing is told of a tank where left out.
     #[schemars(range(min = 1, max = 100_000), example = 400.0)]

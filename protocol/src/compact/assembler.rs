@@ -201,7 +201,7 @@ impl Assembler {
             return;
         }
         // Segments that the scanner's filter hides are not sent: where nothing is missing, these are all there are.
-        self.layout = if is_unbroken && is_ended { found } else { self.layout.and(found) };
+        self.layout = if is_unbroken && is_ended { found.whole() } else { self.layout.and(found) };
         let beams = self.layout.beams();
         self.ready.push_back(Frame { number, counter, segments: open.segments, beams });
     }

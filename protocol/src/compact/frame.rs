@@ -115,6 +115,8 @@ pub(super) struct Layout {
     step: u16,
     /// First and last angle of each segment, degrees.
     spans_deg: BTreeMap<u64, [f64; 2]>,
+    /// They were seen in a turn of which nothing was missing: there are no others.
+    is_whole: bool,
 }
 
 impl Layout {
@@ -123,7 +125,13 @@ impl Layout {
         Self {
             step: segments.values().next().map_or(0, |segment| segment.step),
             spans_deg: segments.iter().map(|(number, segment)| (*number, span(segment))).collect(),
+            is_whole: false,
         }
+    }
+
+    /// The same where nothing was missing of the turn.
+    pub(super) fn whole(self) -> Self {
+        Self { is_whole: true, ..self }
     }
 
     /// With what `other` knows besides; that of `other` alone where their steps differ.
@@ -133,13 +141,13 @@ impl Layout {
         }
         let mut spans_deg = self.spans_deg.clone();
         spans_deg.extend(other.spans_deg);
-        Self { step: self.step, spans_deg }
+        Self { step: self.step, spans_deg, is_whole: self.is_whole }
     }
 
-    /// True if these segments are all there are.
+    /// True if these segments are all there are; false where that is not known yet.
     pub(super) fn is_all(&self, segments: &BTreeMap<u64, Segment>) -> bool {
         let alike = segments.values().next().is_some_and(|segment| segment.step == self.step);
-        alike && self.spans_deg.keys().eq(segments.keys())
+        self.is_whole && alike && self.spans_deg.keys().eq(segments.keys())
     }
 
     /// The number of the last segment, if any is known.

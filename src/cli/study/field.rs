@@ -63,10 +63,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 }
 
 async fn calibrate(args: &Args, rig: &Rig, sheet: &Path) -> Result<Outcome, Failure> {
-    args.output.as_deref().map_or(Ok(()), output::can_be_written)?;
     let told = |cause: &dyn std::fmt::Display| Failure::Usage(format!("{}: {cause}", sheet.display()));
     let text = rowscan_files::read_text(sheet).map_err(|cause| told(&cause))?;
     let measured = field::read(&text).map_err(|cause| told(&cause))?;
+    args.output.as_deref().map_or(Ok(()), output::can_be_written)?;
     let class = class(args, rig)?;
     let folder = sheet.parent().unwrap_or(Path::new(""));
     let mut recordings: Vec<&str> = measured.iter().map(|piece| piece.recording.as_str()).collect();
