@@ -4,7 +4,7 @@ use rowscan_strict_toml::{TomlError, from_toml};
 use serde::{Deserialize, Serialize};
 
 use crate::hydraulics::{Hydraulics, RateTable, Wrong};
-use crate::live::Sensors;
+use crate::sensors::Sensors;
 use crate::span::Span;
 use crate::valve::{Valve, ValveError};
 

@@ -1,37 +1,19 @@
 //! A boom while it runs: it is told commands as they come, and tells what its sensors see. What it tells is what [`crate::Pass`] finds afterwards.
 
 use rowscan_fault_table::sprayer::SprayerFault;
-use serde::{Deserialize, Serialize};
 
 use crate::boom::{Boom, Nozzle};
 use crate::commands::{Command, Duties, Target};
 use crate::flow::Flow;
 use crate::hydraulics::{Node, Signals};
 use crate::pass::valve_flows;
+use crate::sensors::Sensors;
 use crate::span::{Span, Spans};
 use crate::troubles::Troubles;
 use crate::valve::{Kind, Step, Valve};
 
 /// A valve that settles has settled after so many time constants, to the last digit.
 const SETTLED: f64 = 40.0;
-
-/// What the boom's sensors tell on the bus: table `[sensors]`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Sensors {
-    /// Pulses of the flow meter a litre.
-    #[serde(default = "pulses_per_l")]
-    #[schemars(extend("x-unit" = "1/l"))]
-    pub pulses_per_l: f64,
-    /// What the tank holds at the start, litres; its level is not told where left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(example = 400.0)]
-    pub tank_l: Option<f64>,
-}
-
-fn pulses_per_l() -> f64 {
-    300.0
-}
 
 /// What the sensors see.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,9 +8,9 @@ use serde_json::Value;
 use rowscan_sprayer::Edge;
 use rowscan_sprayer::safety::Rule;
 
+use super::process_value::ProcessValue;
 use super::valve_state::ValveState;
 use crate::journal::END;
-use crate::process_value::ProcessValue;
 use crate::signal::{Must, SignalKeys, Source};
 use crate::what::{self, Count, Kind, RATE, Sprayed, WHATS, What};
 

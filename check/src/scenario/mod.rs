@@ -3,6 +3,7 @@
 mod events;
 mod expect;
 mod file;
+mod process_value;
 mod settle;
 mod valve_state;
 
@@ -19,6 +20,8 @@ use rowscan_strict_toml::{TomlError, from_toml};
 pub use expect::{Bounds, Expect};
 use file::ScenarioFile;
 pub use file::{Mode, Time};
+pub use process_value::ProcessValue;
+pub(crate) use process_value::merged;
 pub use valve_state::ValveState;
 
 use crate::fault::ScenarioFault;

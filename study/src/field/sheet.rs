@@ -71,11 +71,17 @@ pub enum SheetError {
 pub fn read(text: &str) -> Result<Vec<MeasuredPiece>, SheetError> {
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+    // The reader's own numbers of lines leave comments out.
+    let rows = (1..).zip(text.lines()).filter(|(_, row)| !row.trim().is_empty() && !row.starts_with('#'));
+    let mut numbers = rows.map(|(number, _)| number).skip(1);
     let mut pieces: Vec<MeasuredPiece> = Vec::new();
     let mut record = csv::StringRecord::new();
     let headers = reader.headers().map_err(|error| wrong(1, &error))?.clone();
-    while reader.read_record(&mut record).map_err(|error| wrong(line_of(&error), &error))? {
-        let line = record.position().map_or(0, csv::Position::line);
+    loop {
+        let line = numbers.next().unwrap_or_default();
+        if !reader.read_record(&mut record).map_err(|error| wrong(line, &error))? {
+            break;
+        }
         let row: Line = record.deserialize(Some(&headers)).map_err(|error| wrong(line, &error))?;
         let values = [
             ("from_m", row.from_m, -1e5..1e5, "-100000 to 100000 m"),
@@ -103,10 +109,6 @@ pub fn read(text: &str) -> Result<Vec<MeasuredPiece>, SheetError> {
         pieces.push(piece);
     }
     if pieces.is_empty() { Err(SheetError::Empty) } else { Ok(pieces) }
-}
-
-fn line_of(error: &csv::Error) -> u64 {
-    error.position().map_or(0, csv::Position::line)
 }
 
 fn wrong(line: u64, error: &csv::Error) -> SheetError {
