@@ -137,7 +137,7 @@ fn sections_set_by_a_task_controller_move_as_by_our_own_message() {
         if std::mem::replace(&mut held, &data[4..]) == &data[4..] {
             continue;
         }
-        let answer = told.iter().filter(|(told, _)| told > at && *told <= at + 151_000).next_back();
+        let answer = told.iter().rfind(|(told, _)| told > at && *told <= at + 151_000);
         assert_eq!(answer.map(|(_, told)| &told[4..]), Some(&data[4..]), "set at {at} µs");
         seen += 1;
     }

@@ -185,7 +185,7 @@ proptest! {
     /// Bytes that a peer sends on purpose, with a right CRC, are refused or give a scan, and what follows is read again.
     #[test]
     fn mutated_segments_are_told_and_pass(seed in any::<u64>()) {
-        let turns = turns(1, 12);
+        let turns = turns(1, 20);
         let mut random = Stream::keyed(seed, &[0xB4D]);
         let mut sent: Vec<Vec<u8>> = turns.datagrams.iter().flatten().cloned().collect();
         // Who forges the number of a later turn has a segment in it.
@@ -210,8 +210,8 @@ proptest! {
         for scan in &scans {
             prop_assert!(scan.echoes.iter().all(|echo| echo.range_m.len() == scan.beams.len()));
         }
-        // Half a second after the last of them all is well.
-        for (turn, whole) in turns.scans.iter().enumerate().skip(8) {
+        // Half a second after the last of them all is well: the counters of 64 telegrams are remembered.
+        for (turn, whole) in turns.scans.iter().enumerate().skip(14) {
             if claimed.contains(&(turn as u64)) {
                 continue;
             }
