@@ -1,5 +1,7 @@
 //! Why a bench cannot be.
 
+use std::net::Ipv4Addr;
+
 use rowscan_bus::BusError;
 use rowscan_bus::nmea::NmeaError;
 use rowscan_emulator::replay::ReplayError;
@@ -60,6 +62,16 @@ pub enum BenchError {
     NoDatagrams {
         /// The model.
         model: &'static str,
+    },
+    /// A destination asks for a free port, and there is none: it is not of this machine.
+    #[error(
+        "datagrams to {address}: expected a port, or an address of this machine with port 0; found no free port there: {cause}"
+    )]
+    NoFreePort {
+        /// Where datagrams are to go.
+        address: Ipv4Addr,
+        /// What the system said.
+        cause: std::io::Error,
     },
     /// An LMS2xx has three fields.
     #[error("an LMS2xx has 3 fields, A, B and C; found {found}")]

@@ -1,6 +1,6 @@
 //! A scanner of a bench: the one place where the two families differ.
 
-use std::net::{IpAddr, SocketAddr};
+use std::net::{IpAddr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -101,6 +101,7 @@ impl Wiring<'_> {
     ) -> Result<Opened, BenchError> {
         let (device, view) = self.stage.scanner_on(&self.rig.tractor(), spec.mount, model)?;
         let scans_per_row = self.stage.scans_per_row(&device);
+        let spec = &ScannerSpec { udp: spec.udp.map(a_free_port).transpose()?, ..spec.clone() };
         let (device, state) = cola_device(spec, model, device, self.stage.scene.seed)?;
         let on_a_line = spec.endpoints.iter().all(Endpoint::is_line) && !spec.endpoints.is_empty();
         let config = EmulatorConfig {
@@ -147,6 +148,9 @@ impl Wiring<'_> {
             Some(address) => Some(self.rest(spec, address, &emulator, serial_number).await?),
             None => None,
         };
+        if let Some(to) = spec.udp {
+            self.place(spec, "udp", At::Address(to.into()));
+        }
         Ok((Box::new(emulator), scans_per_row, rest))
     }
 
@@ -220,6 +224,16 @@ impl rowscan_rest::Scanner for Asked {
 /// Whether something is asked for that only models with Compact output have.
 fn wants_compact(spec: &ScannerSpec) -> bool {
     spec.udp.is_some() || spec.rest.is_some() || !spec.allowed_destinations.is_empty()
+}
+
+/// The destination with a port that is free now, if it asks for one: whoever is to hear the datagrams binds it.
+fn a_free_port(to: SocketAddrV4) -> Result<SocketAddrV4, BenchError> {
+    if to.port() != 0 {
+        return Ok(to);
+    }
+    let found = UdpSocket::bind(to).and_then(|socket| socket.local_addr());
+    let found = found.map_err(|cause| BenchError::NoFreePort { address: *to.ip(), cause })?;
+    Ok(SocketAddrV4::new(*to.ip(), found.port()))
 }
 
 /// Where a scanner's datagrams may go, besides loopback.

@@ -148,8 +148,18 @@ fn counted(scenario: &Scenario, expect: &Expect, count: Count, run: &RunRecord) 
         (None, None) => (None, None),
     };
     let name = expect.what.name;
-    if stream.counts().connections == 0 || (stream.scan_times.is_empty() && count != Count::Reconnects) {
-        return Err(format!("{name} of {id}: unknown: no scan was delivered"));
+    match count {
+        Count::Reconnects if stream.counts().connections == 0 => {
+            return Err(format!("{name} of {id}: unknown: there was no connection over CoLa"));
+        }
+        Count::SegmentsLost if !stream.has_segments() => {
+            return Err(format!("{name} of {id}: it sends no segments"));
+        }
+        Count::Reconnects => {}
+        _ if stream.scan_times.is_empty() => {
+            return Err(format!("{name} of {id}: unknown: no scan was delivered"));
+        }
+        _ => {}
     }
     let before = from.map(|from| stream.counts_at(from)).unwrap_or_default();
     let after = to.map_or(stream.counts(), |to| stream.counts_at(to));

@@ -279,14 +279,16 @@ fn scanner(device: &ScenarioDevice, folder: &Path) -> ScannerSpec {
     };
     let of = DeviceSpec { profile: device.profile, ..DeviceSpec::default() };
     match &device.kind {
-        DeviceKind::Cola { tcp, rest, start, .. } => {
+        DeviceKind::Cola { tcp, rest, udp, allowed, start, .. } => {
             let dialects = match start {
                 Start::Stored(dialect) => DialectPolicy::Strict(*dialect),
                 _ => DialectPolicy::Auto,
             };
             let of = DeviceSpec { start: Some(StartState::Cola(*start)), ..of };
-            let rest = rest.clone();
-            ScannerSpec { device: of, dialects, rest, ..spec }.at(Endpoint::Tcp(tcp.clone()))
+            let (rest, udp) = (rest.clone(), *udp);
+            let allowed_destinations = allowed.iter().copied().map(Into::into).collect();
+            ScannerSpec { device: of, dialects, rest, udp, allowed_destinations, ..spec }
+                .at(Endpoint::Tcp(tcp.clone()))
         }
         DeviceKind::Lms2xx { link, start, rate, .. } => {
             let of = DeviceSpec { start: Some(StartState::Lms2xx(*start)), rate: *rate, ..of };
@@ -295,7 +297,7 @@ fn scanner(device: &ScenarioDevice, folder: &Path) -> ScannerSpec {
     }
 }
 
-/// Where each part is found: `ID.tcp`, `ID.rest` and `ID.path` of scanners, `ID.path` and `ID.address` of the rest; of several ports of one bus the first under its kind
+/// Where each part is found: `ID.tcp`, `ID.rest`, `ID.udp` and `ID.path` of scanners, `ID.path` and `ID.address` of the rest; of several ports of one bus the first under its kind
 /// of place, all under `ID.0`, `ID.1` and so on.
 fn placeholders(scenario: &Scenario, bench: &Bench, places: &mut BTreeMap<String, String>) {
     let mut ports: BTreeMap<&str, u32> = BTreeMap::new();
@@ -303,7 +305,7 @@ fn placeholders(scenario: &Scenario, bench: &Bench, places: &mut BTreeMap<String
         let is_scanner = scenario.devices.iter().any(|device| device.id == place.part);
         let kind = match &place.at {
             At::Path(_) => "path",
-            At::Address(_) | At::Name(_) if is_scanner && place.kind == "rest" => "rest",
+            At::Address(_) | At::Name(_) if is_scanner && ["rest", "udp"].contains(&place.kind) => place.kind,
             At::Address(_) | At::Name(_) if is_scanner => "tcp",
             At::Address(_) | At::Name(_) => "address",
         };

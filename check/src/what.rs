@@ -91,6 +91,8 @@ pub enum Count {
     ScansLost,
     /// Telegrams that came again.
     ScansRepeated,
+    /// Parts of turns that were lost as datagrams.
+    SegmentsLost,
     /// Telegrams that cannot be read.
     TelegramsBad,
     /// Connections after the first.
@@ -146,6 +148,12 @@ pub const WHATS: &[What] = &[
         kind: Kind::Count(Count::ScansRepeated),
     },
     What {
+        name: "segments_lost",
+        keys: COUNT,
+        tells: "segments of delivered turns, and of turns between them, that did not come as datagrams; their beams are unknown",
+        kind: Kind::Count(Count::SegmentsLost),
+    },
+    What {
         name: "telegrams_bad",
         keys: COUNT,
         tells: "broken frames, and scan telegrams in good frames that cannot be read",
@@ -154,7 +162,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "reconnects",
         keys: COUNT,
-        tells: "connections to the device after the first",
+        tells: "connections to the device over CoLa after the first",
         kind: Kind::Count(Count::Reconnects),
     },
     What {

@@ -5,12 +5,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rowscan_canopy::{Estimate, Pipeline};
-use rowscan_emulator::{CountReader, ScannerCounts};
+use rowscan_emulator::{CountReader, DATAGRAMS, ScannerCounts};
 use rowscan_protocol::counting::Counting;
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{Packet, ScanReader, Side, StreamKind, Tap, Taps};
+use rowscan_recording::{Joint, Packet, ScanReader, Side, StreamKind, Tap, Taps};
 
 use crate::fault_desk::FaultDesk;
 use crate::journal::Journal;
@@ -19,12 +19,16 @@ use crate::what::Count;
 /// The largest payload that is taken for one: twice that of the largest scan telegram in text.
 const MAX_PAYLOAD: usize = 64 * 1024;
 
+/// The number of what comes as datagrams, among connections.
+const BY_DATAGRAMS: u64 = 0;
+
 /// Counts of a stream at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Counts {
     pub(crate) scans: u64,
     pub(crate) scans_lost: u64,
     pub(crate) scans_repeated: u64,
+    pub(crate) segments_lost: u64,
     pub(crate) telegrams_bad: u64,
     pub(crate) connections: u64,
     /// Scans that the device says it has not sent, between its first delivered one and the last one so far.
@@ -37,6 +41,7 @@ impl Counts {
         match count {
             Count::ScansLost => self.scans_lost,
             Count::ScansRepeated => self.scans_repeated,
+            Count::SegmentsLost => self.segments_lost,
             Count::TelegramsBad => self.telegrams_bad,
             Count::Reconnects => self.connections.saturating_sub(1),
         }
@@ -66,8 +71,16 @@ pub(crate) struct Stream {
     /// Scans that it had not sent when the first one was delivered.
     not_sent_before: Option<u64>,
     not_sent: u64,
-    /// The number in the last delivered scan.
+    /// The number in the last scan that a connection delivered.
     last_counter: Option<u16>,
+    /// The number of the last turn that datagrams delivered.
+    last_turn: Option<u16>,
+    /// The turn of which parts had come at the end, and no scan.
+    unfinished_turn: Option<u64>,
+    /// Who listens to its datagrams.
+    datagrams: Option<Arc<Connection>>,
+    /// Segments that were lost on their way; none of a device that sends none.
+    segments_lost: Option<u64>,
     /// Scans that the device made after the last delivered one, once the run has reached its end.
     lost_at_end: u64,
     /// How long in the drive nobody took the device's scans, and how long it was so at the end; none where it does not tell.
@@ -110,12 +123,21 @@ impl Stream {
             not_sent_before: None,
             not_sent: 0,
             last_counter: None,
+            last_turn: None,
+            unfinished_turn: None,
+            datagrams: None,
+            segments_lost: None,
             lost_at_end: 0,
             unheard: None,
             scan_times: Vec::new(),
             changes: Vec::new(),
             estimate: None,
         }
+    }
+
+    /// True if the device sends segments.
+    pub(crate) fn has_segments(&self) -> bool {
+        self.segments_lost.is_some()
     }
 
     /// True if the device says what it has not sent.
@@ -129,6 +151,7 @@ impl Stream {
             scans: self.counting.scans,
             scans_lost: self.counting.lost + self.lost_at_end,
             scans_repeated: self.counting.repeated,
+            segments_lost: self.segments_lost.unwrap_or_default(),
             telegrams_bad: self.bad,
             connections: self.connections,
             not_sent: self.not_sent.saturating_sub(self.not_sent_before.unwrap_or_default()),
@@ -148,10 +171,12 @@ impl Stream {
         }
     }
 
-    /// True if scans of this connection count: it is the first, or the one before it gets none any more, as behind a cable that is out.
+    /// True if scans of this connection count: it is the first, or the one before it gets none any more, as behind a cable that is out. A device that sends
+    /// datagrams has no scans for connections meanwhile.
     fn takes(&mut self, connection: u64, counter: u16) -> bool {
+        let changes = |taker| taker != connection && taker != BY_DATAGRAMS && connection != BY_DATAGRAMS;
         let takes = match self.taker {
-            Some((taker, last)) if taker != connection => (2..0x8000).contains(&counter.wrapping_sub(last)),
+            Some((taker, last)) if changes(taker) => (2..0x8000).contains(&counter.wrapping_sub(last)),
             _ => true,
         };
         if takes {
@@ -166,7 +191,10 @@ impl Stream {
             self.not_sent = not_sent;
             self.not_sent_before.get_or_insert(self.not_sent);
         }
-        self.last_counter = Some(scan.telegram_counter);
+        match self.taker {
+            Some((BY_DATAGRAMS, _)) => self.last_turn = Some(scan.scan_counter),
+            _ => self.last_counter = Some(scan.telegram_counter),
+        }
         self.scan_times.push(at);
         self.counting.observe(scan);
         self.drive(began);
@@ -194,11 +222,18 @@ impl Stream {
         if let Some(not_sent) = counts.scans_not_sent().filter(|_| self.device_tells()) {
             self.not_sent = not_sent;
         }
-        if let Some((last, delivered)) = counts.last_counter.zip(self.last_counter) {
-            let behind = last.wrapping_sub(delivered);
-            // One that has begun to count anew is behind by nothing that could be told.
-            self.lost_at_end = if behind < 0x8000 { behind.into() } else { 0 };
-        }
+        let by_datagrams = self.taker.is_some_and(|(taker, _)| taker == BY_DATAGRAMS);
+        self.lost_at_end = match counts.datagrams.filter(|_| by_datagrams) {
+            Some(sent) => {
+                let turns =
+                    behind(sent.last_turn.map(|last| last as u16), self.last_turn) / sent.interval.max(1);
+                // Nobody can tell that a turn without its end is over.
+                turns.saturating_sub(u64::from(
+                    sent.last_turn.is_some() && sent.last_turn == self.unfinished_turn,
+                ))
+            }
+            None => behind(counts.last_counter, self.last_counter),
+        };
     }
 
     /// Measures those scans that waited for the start of the drive and are of it.
@@ -208,6 +243,12 @@ impl Stream {
             self.pipeline.push(&scan);
         }
     }
+}
+
+/// By how much the last one delivered is behind the last one there was. A device that has begun to count anew is behind by nothing that could be told.
+fn behind(last: Option<u16>, delivered: Option<u16>) -> u64 {
+    let behind = last.zip(delivered).map(|(last, delivered)| last.wrapping_sub(delivered));
+    behind.filter(|behind| *behind < 0x8000).unwrap_or_default().into()
 }
 
 /// Watches what all devices' clients are given. Clones share it.
@@ -226,7 +267,8 @@ struct Seen {
     faults: Option<FaultDesk>,
 }
 
-/// One connection to a device.
+/// One connection to a device, or all its datagrams.
+#[derive(Debug)]
 struct Connection {
     witness: Witness,
     device: String,
@@ -235,6 +277,7 @@ struct Connection {
 }
 
 /// What listens to one connection.
+#[derive(Debug)]
 struct Ear {
     reader: ScanReader,
     /// Broken frames so far.
@@ -289,6 +332,7 @@ impl Witness {
 
     /// The run is over, its end reached or not; what was seen. The journal's last event is the end.
     pub(crate) fn close(&self, reached: bool) -> BTreeMap<String, Stream> {
+        self.end_datagrams();
         let mut seen = self.lock();
         seen.over = true;
         let mut streams = std::mem::take(&mut seen.streams);
@@ -308,6 +352,9 @@ impl Witness {
 
     fn connected(&self, device: &str, kind: StreamKind) -> Tap {
         let Some(reader) = ScanReader::new(kind, MAX_PAYLOAD) else { return Tap::default() };
+        if kind == StreamKind::Compact {
+            return self.datagrams(device.strip_suffix(DATAGRAMS).unwrap_or(device), reader);
+        }
         self.note_faults();
         let number = {
             let mut seen = self.lock();
@@ -326,6 +373,37 @@ impl Witness {
         Tap::new(move |from, bytes| connection.delivered(from, bytes))
     }
 
+    /// Listens to a device's datagrams: they are no connection, and nobody says when they begin.
+    fn datagrams(&self, device: &str, reader: ScanReader) -> Tap {
+        let mut seen = self.lock();
+        let Some(stream) = seen.streams.get_mut(device) else { return Tap::default() };
+        let ear = Mutex::new(Ear { reader, bad_frames: 0 });
+        let datagrams = Arc::new(Connection {
+            witness: self.clone(),
+            device: device.to_owned(),
+            number: BY_DATAGRAMS,
+            ear,
+        });
+        stream.datagrams = Some(Arc::clone(&datagrams));
+        stream.segments_lost = Some(0);
+        Tap::new(move |from, bytes| datagrams.delivered(from, bytes))
+    }
+
+    /// Takes what datagrams have brought and no later one completes.
+    fn end_datagrams(&self) {
+        let of = |stream: &mut Stream| stream.datagrams.take();
+        let all: Vec<_> = self.lock().streams.values_mut().filter_map(of).collect();
+        for datagrams in all {
+            let mut ear = datagrams.ear();
+            ear.reader.finish();
+            datagrams.take(&mut ear, self.journal.now());
+            let unfinished = ear.reader.unfinished_turn();
+            if let Some(stream) = self.lock().streams.get_mut(&datagrams.device) {
+                stream.unfinished_turn = unfinished;
+            }
+        }
+    }
+
     fn note_faults(&self) -> Option<FaultDesk> {
         let faults = self.lock().faults.clone();
         faults.inspect(FaultDesk::note)
@@ -338,8 +416,10 @@ impl Connection {
             return;
         }
         let at = self.witness.journal.now();
+        // Nothing of a datagram goes on in the next one.
+        let joint = if self.number == BY_DATAGRAMS { Joint::Anew } else { Joint::Seamless };
         let packet =
-            Packet { from: Some(from), at_ns: Some(at.0), bytes: bytes.to_vec(), ..Packet::default() };
+            Packet { from: Some(from), at_ns: Some(at.0), bytes: bytes.to_vec(), joint, ..Packet::default() };
         let mut ear = self.ear();
         ear.reader.push(Duration::from_nanos(at.0), &packet);
         self.take(&mut ear, at);
@@ -374,6 +454,7 @@ impl Connection {
                 _ => {}
             }
         }
+        stream.segments_lost = stream.segments_lost.map(|_| ear.reader.segments_lost());
         let broken = ear.reader.counts().bad;
         for _ in ear.bad_frames..broken {
             bad(stream, "a broken frame".to_owned());
@@ -392,6 +473,9 @@ impl Connection {
 
 impl Drop for Connection {
     fn drop(&mut self) {
+        if self.number == BY_DATAGRAMS {
+            return;
+        }
         let at = self.witness.journal.now();
         {
             let mut ear = self.ear();

@@ -5,10 +5,12 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 use std::sync::Arc;
 
 use rowscan_bus::Passage;
+use rowscan_protocol::device::Stream;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap};
 use tokio::net::UdpSocket;
 
+use crate::datagrams::DATAGRAMS;
 use crate::firing::Firing;
 use crate::shared::Shared;
 
@@ -22,9 +24,17 @@ const MAX_HELD: usize = 1024;
 #[derive(Debug)]
 pub(crate) struct DatagramSource {
     shared: Arc<Shared>,
-    sockets: BTreeMap<SocketAddrV4, UdpSocket>,
+    sockets: BTreeMap<SocketAddrV4, Connected>,
     tap: Tap,
     held: VecDeque<Held>,
+}
+
+/// A socket that sends to one place.
+#[derive(Debug)]
+struct Connected {
+    socket: UdpSocket,
+    /// Somebody listened there last, as far as that can be known.
+    is_heard: bool,
 }
 
 /// A datagram that a fault holds back.
@@ -33,6 +43,7 @@ struct Held {
     until: SimTime,
     /// Datagrams that are to leave before it.
     behind: u32,
+    stream: Stream,
     to: SocketAddrV4,
     bytes: Vec<u8>,
 }
@@ -40,7 +51,7 @@ struct Held {
 impl DatagramSource {
     pub(crate) fn new(shared: Arc<Shared>) -> Self {
         let name = shared.config.stream.clone().unwrap_or_else(|| shared.device().model().name.to_owned());
-        let tap = shared.config.taps.open(&format!("{name}-udp"), StreamKind::Compact);
+        let tap = shared.config.taps.open(&format!("{name}{DATAGRAMS}"), StreamKind::Compact);
         Self { shared, sockets: BTreeMap::new(), tap, held: VecDeque::new() }
     }
 
@@ -53,30 +64,34 @@ impl DatagramSource {
     pub(crate) async fn fire(&mut self, firing: Firing) {
         let shared = Arc::clone(&self.shared);
         while let Some(datagram) = shared.datagrams.take(firing.at) {
+            let stream = datagram.stream;
+            datagram.ends_turn.into_iter().for_each(|number| shared.datagrams.end_turn(number));
             let Some((to, bytes)) = shared.device().send(datagram) else { continue };
             if !shared.datagrams.may_go_to(*to.ip()) {
                 shared.datagrams.count_withheld();
                 continue;
             }
-            self.pass(firing.at, to, bytes).await;
+            self.pass(firing.at, (stream, to), bytes).await;
         }
         self.release(firing.at).await;
     }
 
     /// Sends a datagram as faults let it: not at all, twice, or held back.
-    async fn pass(&mut self, now: SimTime, to: SocketAddrV4, bytes: Vec<u8>) {
+    async fn pass(&mut self, now: SimTime, (stream, to): (Stream, SocketAddrV4), bytes: Vec<u8>) {
         let troubles = self.shared.troubles.as_ref().and_then(|troubles| troubles.datagrams());
         let passage = troubles.map(|datagrams| datagrams.passage(bytes.len()));
-        let Some(Passage { copies, late, behind }) = passage else { return self.leave(to, &bytes).await };
+        let Some(Passage { copies, late, behind }) = passage else {
+            return self.leave(stream, to, &bytes).await;
+        };
         if late.is_zero() && behind == 0 {
             for _ in 0..copies {
-                self.leave(to, &bytes).await;
+                self.leave(stream, to, &bytes).await;
             }
         } else if copies > 0 {
             if self.held.len() >= MAX_HELD {
                 self.held.pop_front();
             }
-            self.held.push_back(Held { until: now + late, behind, to, bytes });
+            self.held.push_back(Held { until: now + late, behind, stream, to, bytes });
             return;
         }
         for held in &mut self.held {
@@ -87,24 +102,40 @@ impl DatagramSource {
     /// Sends what has been held back for long enough.
     async fn release(&mut self, now: SimTime) {
         while let Some(place) = self.held.iter().position(|held| held.behind == 0 && held.until <= now) {
-            let Some(Held { to, bytes, .. }) = self.held.remove(place) else { return };
-            self.leave(to, &bytes).await;
+            let Some(Held { stream, to, bytes, .. }) = self.held.remove(place) else { return };
+            self.leave(stream, to, &bytes).await;
         }
     }
 
-    async fn leave(&mut self, to: SocketAddrV4, bytes: &[u8]) {
-        self.tap.record(Side::Device, bytes);
-        match self.send(to, bytes).await {
-            Ok(()) => self.shared.datagrams.count_sent(),
+    async fn leave(&mut self, stream: Stream, to: SocketAddrV4, bytes: &[u8]) {
+        let was_heard = self.sockets.get(&to).is_none_or(|socket| socket.is_heard);
+        // What was heard is told before its reader can act on it.
+        if was_heard {
+            self.tap.record(Side::Device, bytes);
+        }
+        let sent = self.send(to, bytes).await;
+        let datagrams = &self.shared.datagrams;
+        match sent {
+            Ok(is_heard) => {
+                if is_heard && !was_heard {
+                    self.tap.record(Side::Device, bytes);
+                }
+                if stream == Stream::Scan {
+                    datagrams.note_heard(is_heard);
+                }
+                if is_heard { datagrams.count_sent() } else { datagrams.count_unheard() }
+            }
             Err(cause) => {
                 tracing::debug!(%cause, "a datagram to {to} is lost");
-                self.shared.datagrams.count_failed();
+                datagrams.count_failed();
             }
         }
     }
 
+    /// False if nobody listened there, as far as the system has told by now: it does where `to` is on this machine.
+    ///
     /// A socket a destination, so that the system can tell the lockstep clock who has read what.
-    async fn send(&mut self, to: SocketAddrV4, bytes: &[u8]) -> std::io::Result<()> {
+    async fn send(&mut self, to: SocketAddrV4, bytes: &[u8]) -> std::io::Result<bool> {
         if !self.sockets.contains_key(&to) {
             if self.sockets.len() >= MAX_SOCKETS {
                 self.sockets.clear();
@@ -112,21 +143,24 @@ impl DatagramSource {
             let own = if to.ip().is_loopback() { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
             let socket = UdpSocket::bind(SocketAddrV4::new(own, 0)).await?;
             socket.connect(to).await?;
-            self.sockets.insert(to, socket);
+            self.sockets.insert(to, Connected { socket, is_heard: true });
         }
-        let Some(socket) = self.sockets.get(&to) else { return Ok(()) };
+        let Some(Connected { socket, is_heard }) = self.sockets.get_mut(&to) else { return Ok(true) };
+        // What the one before met, if the system tells it only now.
+        let _ = socket.take_error()?;
+        let refused = |cause: &std::io::Error| cause.kind() == std::io::ErrorKind::ConnectionRefused;
         match socket.send(bytes).await {
-            // What the one before met: nobody listened. This one goes out.
-            Err(cause) if cause.kind() == std::io::ErrorKind::ConnectionRefused => {
-                socket.send(bytes).await.or_else(|cause| match cause.kind() {
-                    std::io::ErrorKind::ConnectionRefused => Ok(0),
-                    _ => Err(cause),
-                })?;
+            Ok(_) => {}
+            Err(cause) if refused(&cause) => {
+                socket.send(bytes).await?;
             }
-            sent => {
-                sent?;
-            }
+            Err(cause) => return Err(cause),
         }
-        Ok(())
+        *is_heard = match socket.take_error()? {
+            Some(cause) if refused(&cause) => false,
+            Some(cause) => return Err(cause),
+            None => true,
+        };
+        Ok(*is_heard)
     }
 }

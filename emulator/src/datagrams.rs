@@ -5,11 +5,14 @@
 
 use std::collections::VecDeque;
 use std::net::{IpAddr, Ipv4Addr, SocketAddrV4};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use rowscan_protocol::device::{Datagram, Device, Silent, Stream};
 use rowscan_protocol::time::SimTime;
+
+/// What a scanner's stream of datagrams is called behind the scanner's own name.
+pub const DATAGRAMS: &str = "-udp";
 
 /// Destinations and settings that the log tells of, each once.
 const MAX_TOLD: usize = 64;
@@ -24,7 +27,14 @@ pub(crate) struct Datagrams {
     told: Mutex<Vec<(Stream, Result<SocketAddrV4, ()>)>>,
     sent: AtomicU64,
     withheld: AtomicU64,
+    unheard: AtomicU64,
     failed: AtomicU64,
+    /// One more than the number of the last turn that has been sent as a whole; 0 before the first.
+    turns: AtomicU64,
+    /// Nobody listened where the last scan telegram went.
+    deaf: AtomicBool,
+    /// In lockstep: nobody listens there yet, or any more.
+    absent: AtomicBool,
 }
 
 /// What became of a scanner's datagrams.
@@ -34,8 +44,14 @@ pub struct DatagramCounts {
     pub sent: u64,
     /// Not sent, because nobody has allowed their destination.
     pub withheld: u64,
+    /// Sent to a port of this machine where nobody listened.
+    pub unheard: u64,
     /// Refused by the system.
     pub failed: u64,
+    /// The number of the last turn whose last segment was due, lost or not.
+    pub last_turn: Option<u64>,
+    /// Turns from one that is sent to the next.
+    pub interval: u64,
     /// Where scans would go now, if that is not allowed.
     pub foreign: Option<SocketAddrV4>,
 }
@@ -57,6 +73,25 @@ impl Datagrams {
     /// Whether scans go somewhere.
     pub(crate) fn is_streaming(&self, device: &Device) -> bool {
         self.destination(device, Stream::Scan).is_some()
+    }
+
+    /// Whether scans go where somebody may take them: in lockstep somebody listens there, if it is on this machine.
+    pub(crate) fn has_taker(&self, device: &Device) -> bool {
+        self.is_streaming(device) && !self.absent.load(Ordering::Relaxed)
+    }
+
+    /// In lockstep: asks who listens on this machine where scans go, unless that is known of a drive under way; true if nobody does.
+    pub(crate) fn look_for_receiver(
+        &self,
+        device: &Device,
+        begun: bool,
+        has_receiver: impl FnOnce(SocketAddrV4) -> bool,
+    ) -> bool {
+        let here = self.destination(device, Stream::Scan).filter(|to| to.ip().is_loopback());
+        let is_unsure = !begun || !self.is_heard();
+        let absent = is_unsure && here.is_some_and(|to| !has_receiver(to));
+        self.absent.store(absent, Ordering::Relaxed);
+        absent
     }
 
     pub(crate) fn wait(&self, datagrams: Vec<Datagram>) {
@@ -82,8 +117,27 @@ impl Datagrams {
         self.withheld.fetch_add(1, Ordering::Relaxed);
     }
 
+    pub(crate) fn count_unheard(&self) {
+        self.unheard.fetch_add(1, Ordering::Relaxed);
+    }
+
     pub(crate) fn count_failed(&self) {
         self.failed.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// A turn's last segment is due.
+    pub(crate) fn end_turn(&self, number: u64) {
+        self.turns.store(number + 1, Ordering::Relaxed);
+    }
+
+    /// Whether somebody listens where scans go, as far as that can be known.
+    pub(crate) fn note_heard(&self, is_heard: bool) {
+        self.deaf.store(!is_heard, Ordering::Relaxed);
+    }
+
+    /// False once nobody listened where the last scan telegram went.
+    pub(crate) fn is_heard(&self) -> bool {
+        !self.deaf.load(Ordering::Relaxed)
     }
 
     pub(crate) fn counts(&self, device: &Device) -> Option<DatagramCounts> {
@@ -92,7 +146,10 @@ impl Datagrams {
         Some(DatagramCounts {
             sent: self.sent.load(Ordering::Relaxed),
             withheld: self.withheld.load(Ordering::Relaxed),
+            unheard: self.unheard.load(Ordering::Relaxed),
             failed: self.failed.load(Ordering::Relaxed),
+            last_turn: self.turns.load(Ordering::Relaxed).checked_sub(1),
+            interval: device.turn_interval(),
             foreign: scans.filter(|to| !self.may_go_to(*to.ip())),
         })
     }

@@ -1,6 +1,7 @@
 //! The mirror of a CoLa scanner: turn after turn, at absolute instants of simulated time, it measures a line and hands the telegram to
 //! every client that wants it.
 
+use std::net::SocketAddrV4;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -108,13 +109,16 @@ impl MirrorSource {
         taken
     }
 
-    /// Hands the turn that was measured at `at` over as datagrams, each for its own instant; true if its scan goes somewhere.
+    /// Hands the turn that was measured at `at` over as datagrams, each for its own instant; true if its scan goes where somebody
+    /// listens, as far as that is known.
     fn stream(&self, mirror: Mirror, at: SimTime) -> bool {
         let mut device = self.shared.device();
         let Some(imu_period) = device.model().compact.map(|_| device.imu_period()) else { return false };
         let mut datagrams = Vec::new();
         device.segments(at, &self.world.line(), &mut datagrams);
-        let streamed = !datagrams.is_empty() && self.shared.datagrams.is_streaming(&device);
+        let datagrams_heard = self.shared.datagrams.is_heard();
+        let streamed =
+            !datagrams.is_empty() && datagrams_heard && self.shared.datagrams.is_streaming(&device);
         if device.destination(Stream::Encoder).is_ok() {
             let speed_mm_s = (1e3 * self.world.wheel_speed_m_s(at)) as f32;
             datagrams.push(device.encoder_telegram(at, self.world.encoder_ticks(at), speed_mm_s));
@@ -159,10 +163,19 @@ impl MirrorSource {
         if device.is_settling(self.shared.clock.now()) {
             return Claim::Busy;
         }
-        let streams = self.shared.datagrams.is_streaming(&device);
+        let streams = self.shared.datagrams.has_taker(&device);
         let subscribed = device.sends_scan_events() && self.shared.roster.has_audience();
         let wanted = device.is_measuring() && (streams || subscribed || self.shared.polls_wait());
         if wanted { Claim::Taker } else { Claim::Idle }
+    }
+
+    /// In lockstep: looks for who takes its datagrams; true if nobody does yet, or any more.
+    pub(crate) fn look_for_receiver(
+        &self,
+        begun: bool,
+        has_receiver: impl FnOnce(SocketAddrV4) -> bool,
+    ) -> bool {
+        self.shared.datagrams.look_for_receiver(&self.shared.device(), begun, has_receiver)
     }
 
     /// It starts up, and a client is connected that waits for that.

@@ -267,17 +267,12 @@ impl Shared {
 
     /// Whether somebody takes its scans: a subscriber, a client that polls, or a place that datagrams go to.
     pub(crate) fn has_taker(&self) -> bool {
-        self.takes_events() || self.polls_take_scans() || self.streams_datagrams()
+        self.takes_events() || self.polls_take_scans() || self.datagrams.has_taker(&self.device())
     }
 
     /// Whether a subscriber gets scans.
     pub(crate) fn takes_events(&self) -> bool {
         self.roster.has_audience() && (self.is_replayed() || self.device().sends_scan_events())
-    }
-
-    /// Whether scans go out as datagrams.
-    pub(crate) fn streams_datagrams(&self) -> bool {
-        self.datagrams.is_streaming(&self.device())
     }
 
     /// What it has done so far.

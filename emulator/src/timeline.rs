@@ -29,6 +29,9 @@ use crate::stride::Stride;
 /// How long the end of a paced timeline waits for clients that have not taken everything, host time.
 const FLUSH_TIMEOUT: Duration = Duration::from_secs(2);
 
+/// Between two looks for who takes datagrams, host time.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+
 /// What a clock in lockstep waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Wait {
@@ -83,6 +86,7 @@ impl Timeline {
         }
         loop {
             self.follow_start();
+            let waits_for_receiver = self.look_for_receivers();
             let due = self.due();
             if due.is_some_and(|at| self.counts_step(at)) && self.steps.gate(&clock) {
                 // Peers are answered while time stands.
@@ -105,6 +109,7 @@ impl Timeline {
                 () = changed.notified() => {}
                 () = joined.notified() => {}
                 () = wait_by_host(before_drive) => {}
+                () = look_again(waits_for_receiver) => {}
                 () = reach(&clock, &mut pacer, held, due) => {
                     let at = due.unwrap_or_default();
                     self.gap.pass();
@@ -134,6 +139,18 @@ impl Timeline {
                 }
             }
         }
+    }
+
+    /// In lockstep, looks for who takes datagrams; true if nobody takes those of a scanner. Nothing tells when somebody comes.
+    fn look_for_receivers(&mut self) -> bool {
+        let Some(lockstep) = self.lockstep.as_mut() else { return false };
+        let mut absent = false;
+        for source in &self.sources {
+            if let Source::Mirror(mirror) = source {
+                absent |= mirror.look_for_receiver(self.begun, |to| lockstep.has_receiver(to));
+            }
+        }
+        absent
     }
 
     /// The children's timers that are due, behind all sources of that instant; each is dealt with before the next.
@@ -456,6 +473,14 @@ async fn reach(clock: &SimClock, pacer: &mut Pacer, held: Duration, due: Option<
             pacer.reach(clock, due).await;
         }
         None => std::future::pending().await,
+    }
+}
+
+/// Waits a little if somebody is to be looked for again; for ever otherwise.
+async fn look_again(looks: bool) {
+    match looks {
+        true => rowscan_ports::clock::rest(LOOK_EVERY).await,
+        false => std::future::pending().await,
     }
 }
 

@@ -59,6 +59,11 @@ pub trait HostSession: fmt::Debug {
         0
     }
 
+    /// The number of the turn that had begun when its segments ended, and gave no scan.
+    fn unfinished_turn(&self) -> Option<u64> {
+        None
+    }
+
     /// True once the session waits for nothing more and sends nothing more.
     fn is_done(&self) -> bool;
 }

@@ -80,6 +80,11 @@ impl ScanReader {
         self.0.segments_lost()
     }
 
+    /// The number of the turn that had begun when its parts ended, and gave no scan.
+    pub fn unfinished_turn(&self) -> Option<u64> {
+        self.0.unfinished_turn()
+    }
+
     /// Frames and bytes received so far.
     pub fn counts(&self) -> FrameCounts {
         self.0.counts()

@@ -50,6 +50,9 @@ pub(super) struct Counted {
     /// Not sent, because nobody has allowed their destination.
     #[serde(skip_serializing_if = "Option::is_none")]
     datagrams_withheld: Option<u64>,
+    /// Sent to a port of this machine where nobody listened.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    datagrams_unheard: Option<u64>,
     /// Refused by the system.
     #[serde(skip_serializing_if = "Option::is_none")]
     datagrams_failed: Option<u64>,
@@ -73,6 +76,7 @@ impl From<ScannerCounts> for Counted {
             bytes_lost,
             datagrams_sent: datagrams.map(|of| of.sent),
             datagrams_withheld: datagrams.map(|of| of.withheld),
+            datagrams_unheard: datagrams.map(|of| of.unheard),
             datagrams_failed: datagrams.map(|of| of.failed),
             destination_not_allowed: datagrams.and_then(|of| of.foreign).map(|to| to.to_string()),
         }
@@ -115,7 +119,11 @@ pub(super) fn told(counts: &ScannerCounts) -> String {
     add(bytes_lost, "bytes not taken");
     if let Some(datagrams) = datagrams {
         add(&Some(datagrams.sent), "datagrams sent");
-        let unsent = [(datagrams.withheld, "withheld"), (datagrams.failed, "refused by the system")];
+        let unsent = [
+            (datagrams.withheld, "withheld"),
+            (datagrams.unheard, "where nobody listened"),
+            (datagrams.failed, "refused by the system"),
+        ];
         unsent.iter().filter(|(count, _)| *count > 0).for_each(|(count, what)| add(&Some(*count), what));
     }
     if let Some(ConnectionCounts { refused, silent, idle }) = connections {

@@ -54,6 +54,7 @@ mod outputs;
 mod overwriting;
 mod part_faults;
 mod picoscan;
+mod picoscan_check;
 mod picoscan_driver;
 mod proxy;
 mod pty;

@@ -155,6 +155,13 @@ pub(super) struct DeviceTable {
     /// Where the REST interface of a scanner with Compact output listens; port 0 takes a free one, and so does leaving it out. `{ID.rest}` is its address.
     #[schemars(example = &"127.0.0.1:0")]
     pub(super) rest: Option<String>,
+    /// Where the datagrams of such a scanner go: scans to this address, IMU and encoder to ports 7503 and 7504 there; port 0 takes a free one. `{ID.udp}` is
+    /// the address that a client binds. Where it is left out, a client directs them.
+    #[schemars(example = &"127.0.0.1:0")]
+    pub(super) udp: Option<String>,
+    /// Addresses besides loopback that clients may direct its datagrams to; to others nothing is sent.
+    #[schemars(example = ["192.0.2.7"])]
+    pub(super) allow_destination: Option<Vec<String>>,
     /// Where an LMS2xx is: a link to its pseudo-terminal, from the run's folder.
     #[schemars(example = &"scanner")]
     pub(super) pty: Option<String>,

@@ -8,6 +8,7 @@ mod settle;
 mod valve_state;
 
 use std::collections::BTreeMap;
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -115,6 +116,10 @@ pub enum DeviceKind {
         tcp: String,
         /// Where its REST interface is, if it has one.
         rest: Option<String>,
+        /// Where its datagrams go, if it sends any and the scenario says so.
+        udp: Option<SocketAddrV4>,
+        /// Addresses besides loopback that clients may direct them to.
+        allowed: Vec<Ipv4Addr>,
         /// How it is found.
         start: Start,
     },

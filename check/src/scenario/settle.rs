@@ -1,13 +1,14 @@
 //! From what is written to what is meant: values checked, defaults filled in.
 
 use std::collections::BTreeSet;
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::Path;
 use std::time::Duration;
 
 use rowscan_emulator::lockstep::Ack;
 use rowscan_protocol::device::Start;
 use rowscan_protocol::lms2xx::{self, Rate};
-use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::model::{AnyModel, Model};
 
 use super::events::Events;
 use super::file::{
@@ -299,12 +300,12 @@ fn end(table: EndTable) -> Result<End, String> {
 fn device(place: usize, table: DeviceTable, mode: Mode) -> Result<DeviceSpec, String> {
     let unknown = || format!("`model`: expected a scanner (`rowscan models`), found `{}`", table.model);
     let model = AnyModel::by_name(&table.model).ok_or_else(unknown)?;
-    let (id, profile) = (table.id, table.profile.0);
+    let (id, profile) = (table.id.clone(), table.profile.0);
     let state = |known: bool, name: &str| match known {
         true => Ok(()),
         false => Err(format!("`start` of `{id}`: a {} has no state `{name}`", model.name())),
     };
-    let name = table.start.map(|start| start.0);
+    let name = table.start.as_ref().map(|start| start.0.clone());
     let kind = match model {
         AnyModel::Cola(model) => {
             if table.pty.is_some() || table.rate.is_some() {
@@ -319,19 +320,23 @@ fn device(place: usize, table: DeviceTable, mode: Mode) -> Result<DeviceSpec, St
                     Start::by_name(name).unwrap_or_default()
                 }
             };
-            if table.rest.is_some() && model.compact.is_none() {
-                return Err(format!("`rest` of `{id}`: a {} has no REST interface", model.name));
+            let (udp, allowed) = destinations(&id, model, &table)?;
+            if name.as_deref() == Some("streaming") && model.compact.is_some() && udp.is_none() {
+                return Err(format!(
+                    "`start` of `{id}`: it streams at once, and nothing says where to: add `udp = \"127.0.0.1:0\"`"
+                ));
             }
             let free = || "127.0.0.1:0".to_owned();
             let tcp = table.tcp.unwrap_or_else(free);
             let rest = model.compact.map(|_| table.rest.unwrap_or_else(free));
-            DeviceKind::Cola { model, tcp, rest, start }
+            DeviceKind::Cola { model, tcp, rest, udp, allowed, start }
         }
         AnyModel::Lms2xx(model) => {
             use lms2xx::device::Start;
-            if table.tcp.is_some() || table.rest.is_some() {
+            let is_on_a_network = table.tcp.is_some() || table.rest.is_some();
+            if is_on_a_network || table.udp.is_some() || table.allow_destination.is_some() {
                 return Err(format!(
-                    "`{id}` has a serial line: `pty` names its link, leave `tcp` and `rest` out"
+                    "`{id}` has a serial line: `pty` names its link, leave `tcp`, `rest`, `udp` and `allow_destination` out"
                 ));
             }
             if mode == Mode::Lockstep {
@@ -355,6 +360,43 @@ fn device(place: usize, table: DeviceTable, mode: Mode) -> Result<DeviceSpec, St
         }
     };
     Ok(DeviceSpec { scanner: table.scanner.unwrap_or(place), id, kind, profile })
+}
+
+/// Where the datagrams of a network scanner may go.
+fn destinations(
+    id: &str,
+    model: &Model,
+    table: &DeviceTable,
+) -> Result<(Option<SocketAddrV4>, Vec<Ipv4Addr>), String> {
+    let given = [
+        ("rest", table.rest.is_some()),
+        ("udp", table.udp.is_some()),
+        ("allow_destination", table.allow_destination.is_some()),
+    ];
+    if let Some((key, _)) = given.iter().find(|(_, is_given)| *is_given && model.compact.is_none()) {
+        return Err(format!(
+            "`{key}` of `{id}`: a {} has no REST interface and sends no datagrams; leave it out",
+            model.name
+        ));
+    }
+    let place = |text: &String| {
+        let wrong = || {
+            format!(
+                "`udp` of `{id}`: expected an IPv4 address with a port, such as 127.0.0.1:0, found `{text}`"
+            )
+        };
+        text.parse::<SocketAddrV4>().map_err(|_| wrong())
+    };
+    let address = |text: &String| {
+        let wrong = || {
+            format!(
+                "`allow_destination` of `{id}`: expected IPv4 addresses, such as 192.0.2.7, found `{text}`"
+            )
+        };
+        text.parse::<Ipv4Addr>().map_err(|_| wrong())
+    };
+    let udp = table.udp.as_ref().map(place).transpose()?;
+    Ok((udp, table.allow_destination.iter().flatten().map(address).collect::<Result<_, _>>()?))
 }
 
 fn compute(

@@ -157,3 +157,54 @@ fn counts_at_one_instant_keep_the_order_of_the_events() {
     assert_eq!((lost("before"), lost("after")), (0, 1));
     assert!(journal.events().iter().all(|event| event.t_s == 0.0), "time stood still");
 }
+
+/// Datagrams of a picoScan that turns at 15 Hz: ten a turn.
+fn datagrams(witness: &Witness, turns: usize) -> Vec<Vec<u8>> {
+    let scene =
+        scene_from_text("version = 1\n[orchard]\ntrees = 1\n[orchard.tree]\niterations = 5\n", |_| {});
+    let stage = Stage::grow(scene.expect("sound"), &|_, _| {}).expect("it grows");
+    let model = model::by_name("picoscan150").expect("known");
+    let (mut device, mut view) = stage.scanner(0, model).expect("it fits");
+    device.enable_streaming();
+    device.direct(std::net::SocketAddrV4::new(std::net::Ipv4Addr::LOCALHOST, 2115));
+    let reading = Reading::of(
+        Some(&rowscan_study::reading::rig_with(&stage.rig, 0, "picoscan150")),
+        0,
+        true,
+        CalibrationChoice::OfRig,
+    );
+    witness.watch("pico", reading.expect("read").pipeline);
+    let mut all = Vec::new();
+    for turn in 0..turns {
+        let at = SimTime(turn as u64 * 1_000_000_000 / 15);
+        view.look(device.mirror(), at);
+        device.measure(at, &view.line()).expect("it measures");
+        let mut found = Vec::new();
+        device.segments(at, &view.line(), &mut found);
+        all.extend(found.into_iter().map(|datagram| device.send(datagram).expect("it goes out").1));
+    }
+    all
+}
+
+/// Delivers those datagrams whose number `is_kept`; scans, scans lost, segments lost.
+fn heard(turns: usize, is_kept: impl Fn(usize) -> bool) -> (u64, u64, u64) {
+    let (witness, _) = bench(0);
+    let all = datagrams(&witness, turns);
+    let tap = witness.taps().open(&format!("pico{DATAGRAMS}"), StreamKind::Compact);
+    let kept = all.iter().enumerate().filter(|(number, _)| is_kept(*number));
+    kept.for_each(|(_, datagram)| tap.record(Side::Device, datagram));
+    let streams = witness.close(true);
+    let counts = streams["pico"].counts();
+    assert_eq!((counts.connections, streams["left"].counts().scans), (0, 0));
+    (counts.scans, counts.scans_lost, counts.segments_lost)
+}
+
+#[test]
+fn turns_that_come_as_datagrams_are_scans() {
+    assert_eq!(heard(6, |_| true), (6, 0, 0));
+    assert_eq!(heard(6, |number| number % 10 != 3), (6, 0, 6), "a segment of each turn");
+    assert_eq!(heard(6, |number| !(20..40).contains(&number)), (4, 2, 20), "two turns");
+    // Of the last turn all but its end has come: nobody can tell that it is over.
+    assert_eq!(heard(6, |number| number < 59), (5, 0, 0));
+    assert_eq!(heard(6, |_| false), (0, 0, 0));
+}

@@ -12,13 +12,15 @@ mod looked;
 mod outputs;
 #[cfg(target_os = "linux")]
 mod processes;
+#[cfg(target_os = "linux")]
+mod receivers;
 mod reply;
 #[cfg(target_os = "linux")]
 mod sockets;
 #[cfg_attr(not(target_os = "linux"), path = "watch_elsewhere.rs")]
 mod watch;
 
-use std::net::SocketAddr;
+use std::net::{SocketAddr, SocketAddrV4};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -222,6 +224,11 @@ impl Lockstep {
     pub(crate) fn has_participants(&self) -> bool {
         self.replies.iter().all(|replies| !replies.participants().is_empty())
             && self.outputs.iter().all(Outputs::has_participant)
+    }
+
+    /// Whether somebody on this machine listens for datagrams to `to`; true where nobody tells.
+    pub(crate) fn has_receiver(&mut self, to: SocketAddrV4) -> bool {
+        self.watch.as_mut().is_none_or(|watch| watch.has_receiver(to))
     }
 
     /// Something of the next step is about to be sent: outputs from now on are answers to it.

@@ -19,7 +19,8 @@ use super::bystanders::Bystanders;
 use super::processes;
 
 /// Sockets that are looked at. One of UDP that listens is closed, by the kernel's words; of TCP the kernel keeps no closed ones.
-const TALKING: StateFlags = StateFlags::ESTABLISHED.union(StateFlags::CLOSE_WAIT).union(StateFlags::CLOSE);
+pub(super) const TALKING: StateFlags =
+    StateFlags::ESTABLISHED.union(StateFlags::CLOSE_WAIT).union(StateFlags::CLOSE);
 
 /// Room for one answer of the kernel.
 const ANSWER: usize = 64 * 1024;
@@ -37,6 +38,8 @@ pub(super) struct Connection {
     pub(super) far: Option<FarEnd>,
     /// Its peer has closed it, and hears nothing more.
     pub(super) left: bool,
+    /// It sends datagrams.
+    pub(super) by_datagrams: bool,
 }
 
 /// A connection as its peer has it.
@@ -56,28 +59,28 @@ pub(super) struct FarEnd {
 pub(super) struct Sockets {
     netlink: Socket,
     answer: Vec<u8>,
-    known: Vec<Known>,
+    pub(super) known: Vec<Known>,
     /// This program's listening TCP sockets.
     listeners: Vec<Named>,
     /// Inodes of this program's sockets when all were listed.
-    own: HashSet<u32>,
+    pub(super) own: HashSet<u32>,
     /// Whose connections are left out.
     bystanders: Bystanders,
 }
 
 /// A connection of this program, as the kernel is asked for it.
 #[derive(Clone, Debug)]
-struct Known {
-    peer: SocketAddr,
-    here: Named,
-    far: Option<Named>,
-    balance: Option<Balance>,
+pub(super) struct Known {
+    pub(super) peer: SocketAddr,
+    pub(super) here: Named,
+    pub(super) far: Option<Named>,
+    pub(super) balance: Option<Balance>,
 }
 
 /// A socket as the kernel is asked for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Named {
-    protocol: u8,
+pub(super) struct Named {
+    pub(super) protocol: u8,
     family: u8,
     id: SocketId,
 }
@@ -106,7 +109,7 @@ impl Counts {
 /// What each end has written more than the other has received. A kernel counts the opening of a connection as it likes, so only changes of this
 /// say how much is on its way. Acknowledgements say it too, but a receiver may delay them by 40 ms, and does so for telegrams of equal length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Balance {
+pub(super) struct Balance {
     out: u64,
     back: u64,
 }
@@ -150,6 +153,19 @@ impl Sockets {
             self.find(&own)?;
             self.own = own;
         }
+        let connections = self.ask_all()?;
+        let has_receiver = |connection: &Connection| !connection.by_datagrams || connection.far.is_some();
+        if connections.iter().all(has_receiver) {
+            return Ok(connections);
+        }
+        // A receiver of datagrams is gone, and another one may have taken its place. Where nobody has, there is nobody to wait for.
+        let own = std::mem::take(&mut self.own);
+        self.find(&own)?;
+        self.own = own;
+        Ok(self.ask_all()?.into_iter().filter(has_receiver).collect())
+    }
+
+    fn ask_all(&mut self) -> io::Result<Vec<Connection>> {
         let mut known = std::mem::take(&mut self.known);
         let connections =
             known.iter_mut().map(|known| self.connection(known)).collect::<io::Result<Vec<_>>>();
@@ -199,7 +215,8 @@ impl Sockets {
             }
         }
         let left = near.state == TCP_CLOSE_WAIT && far.is_none_or(|far| far.inode == 0);
-        Ok(Some(Connection { peer: known.peer, unsent, unheard, far, left }))
+        let by_datagrams = !counted;
+        Ok(Some(Connection { peer: known.peer, unsent, unheard, far, left, by_datagrams }))
     }
 
     /// How the counts of both ends compare while nothing is on its way; none if something is, or where the kernel has no counts.
@@ -248,30 +265,7 @@ impl Sockets {
         Ok(())
     }
 
-    /// This program's UDP sockets that send to one place, where somebody on this machine listens. Where nobody does there is nobody to wait for.
-    fn find_udp(&mut self, own: &HashSet<u32>) -> io::Result<Vec<Known>> {
-        let all = self.list(IPPROTO_UDP, TALKING)?;
-        let sending = all.iter().filter(|socket| own.contains(&socket.inode) && ends(socket).1.port() != 0);
-        let known = sending.filter_map(|socket| {
-            let peer = ends(socket).1;
-            let listens = |other: &&InetResponseHeader| {
-                let (at, from) = ends(other);
-                at.port() == peer.port()
-                    && from.port() == 0
-                    && (at.ip() == peer.ip() || at.ip().is_unspecified())
-            };
-            let far = all.iter().find(listens)?;
-            Some(Known {
-                peer,
-                here: named(IPPROTO_UDP, socket),
-                far: Some(named(IPPROTO_UDP, far)),
-                balance: None,
-            })
-        });
-        Ok(known.collect())
-    }
-
-    fn list(&mut self, protocol: u8, states: StateFlags) -> io::Result<Vec<InetResponseHeader>> {
+    pub(super) fn list(&mut self, protocol: u8, states: StateFlags) -> io::Result<Vec<InetResponseHeader>> {
         let mut all = Vec::new();
         for family in [AF_INET, AF_INET6] {
             let id = if family == AF_INET { SocketId::new_v4() } else { SocketId::new_v6() };
@@ -361,11 +355,11 @@ impl Sockets {
     }
 }
 
-fn named(protocol: u8, socket: &InetResponseHeader) -> Named {
+pub(super) fn named(protocol: u8, socket: &InetResponseHeader) -> Named {
     Named { protocol, family: socket.family, id: socket.socket_id.clone() }
 }
 
-fn ends(socket: &InetResponseHeader) -> (SocketAddr, SocketAddr) {
+pub(super) fn ends(socket: &InetResponseHeader) -> (SocketAddr, SocketAddr) {
     let id = &socket.socket_id;
     let address = |ip: std::net::IpAddr, port| SocketAddr::new(ip.to_canonical(), port);
     (address(id.source_address, id.source_port), address(id.destination_address, id.destination_port))

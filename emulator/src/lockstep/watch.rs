@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::io;
-use std::net::SocketAddr;
+use std::net::{SocketAddr, SocketAddrV4};
 
 use super::bystanders::Bystanders;
 use super::children::ChildClock;
@@ -33,6 +33,11 @@ impl Watch {
         Ok(Self { level, sockets, owners: HashMap::new(), behind: Vec::new(), calm: 0 })
     }
 
+    /// Whether somebody on this machine listens for datagrams to `to`, as far as the kernel tells.
+    pub(super) fn has_receiver(&mut self, to: SocketAddrV4) -> bool {
+        self.sockets.has_receiver(to).unwrap_or(true)
+    }
+
     pub(super) fn look(&mut self, children: Option<&ChildClock>) -> Looked {
         self.behind.clear();
         let missing = match self.sockets.connections() {
@@ -54,7 +59,7 @@ impl Watch {
 
     /// What a peer has not done yet.
     fn missing(&mut self, connection: &Connection, children: Option<&ChildClock>) -> Option<String> {
-        let Connection { peer, unsent, unheard, far, left } = *connection;
+        let Connection { peer, unsent, unheard, far, left, .. } = *connection;
         if left && self.level > KernelLevel::Sent {
             // A connection may be kept on purpose, as one that a fault has left half open. Its end must have been read.
             return (unheard > 0)

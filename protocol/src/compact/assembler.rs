@@ -45,6 +45,8 @@ pub struct Assembler {
     /// Turns from one that is sent to the next.
     interval: Option<u64>,
     counts: SegmentCounts,
+    /// The turn that had begun when the stream ended.
+    unfinished: Option<u64>,
     /// Lost before the counter began anew.
     lost_before: u64,
 }
@@ -101,6 +103,11 @@ impl Assembler {
     /// The next turn, in the order of their numbers.
     pub fn next_frame(&mut self) -> Option<Frame> {
         self.ready.pop_front()
+    }
+
+    /// The number of the turn that had begun when the stream ended, and was not given.
+    pub fn unfinished(&self) -> Option<u64> {
+        self.unfinished
     }
 
     /// What became of segments so far. Those that may still come late count as lost until they do.
@@ -167,6 +174,7 @@ impl Assembler {
             let is_over = self.layout.last().is_none_or(|last| oldest.segments.contains_key(&last));
             if self.open.len() == 1 && !is_over {
                 self.counts.cut += oldest.segments.len() as u64;
+                self.unfinished = Some(number);
                 self.open.clear();
                 return;
             }

@@ -114,6 +114,10 @@ impl HostSession for CompactListener {
         self.segments().lost
     }
 
+    fn unfinished_turn(&self) -> Option<u64> {
+        self.assembler.unfinished()
+    }
+
     fn is_done(&self) -> bool {
         false
     }

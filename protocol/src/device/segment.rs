@@ -56,6 +56,8 @@ pub struct Datagram {
     pub at: SimTime,
     /// What it holds.
     pub stream: Stream,
+    /// The number of the turn that ends with it.
+    pub ends_turn: Option<u64>,
     telegram: Telegram,
 }
 
@@ -146,19 +148,31 @@ impl Device {
             return;
         };
         let frame = self.counters.turns.saturating_sub(1);
-        let variables = &self.settings.variables;
-        let interval = variables.number("LFPintervalFilter", 1).max(1) as u64;
-        if variables.number("LFPintervalFilter", 0) == 1 && !frame.is_multiple_of(interval) {
+        if !frame.is_multiple_of(self.turn_interval()) {
             return;
         }
-        let turn = Turn { device: self, compact, line, frame, at, seen: Seen::new(variables) };
+        let seen = Seen::new(&self.settings.variables);
+        let turn = Turn { device: self, compact, line, frame, at, seen };
+        let before = out.len();
         out.extend(turn.datagrams());
+        if let Some(last) = out.get_mut(before..).and_then(<[Datagram]>::last_mut) {
+            last.ends_turn = Some(frame);
+        }
+    }
+
+    /// Turns from one that is sent as telegrams to the next.
+    pub fn turn_interval(&self) -> u64 {
+        let variables = &self.settings.variables;
+        match variables.number("LFPintervalFilter", 0) {
+            1 => variables.number("LFPintervalFilter", 1).max(1) as u64,
+            _ => 1,
+        }
     }
 
     /// The reading of the IMU at `at`; `imu` without its time.
     pub fn imu(&self, at: SimTime, imu: Imu) -> Datagram {
         let telegram = Telegram::Imu(Imu { time_us: self.uptime_us(at), ..imu });
-        Datagram { at, stream: Stream::Imu, telegram }
+        Datagram { at, stream: Stream::Imu, ends_turn: None, telegram }
     }
 
     /// The encoder's reading at the turn that was measured last, which began at `at`: ticks so far, and speed in mm/s.
@@ -179,7 +193,7 @@ impl Device {
             ref2_time_us: time_us,
             ..Encoder::default()
         });
-        Datagram { at, stream: Stream::Encoder, telegram }
+        Datagram { at, stream: Stream::Encoder, ends_turn: None, telegram }
     }
 
     /// Numbers and encodes a telegram whose instant has come: where it goes, and its bytes. None where its stream has been switched off meanwhile.
@@ -263,7 +277,8 @@ impl Turn<'_> {
             modules: Modules(vec![module]),
             ..ScanTelegram::default()
         };
-        Some(Datagram { at: stop, stream: Stream::Scan, telegram: Telegram::Scan(scan.seal()) })
+        let telegram = Telegram::Scan(scan.seal());
+        Some(Datagram { at: stop, stream: Stream::Scan, ends_turn: None, telegram })
     }
 
     fn beams(
