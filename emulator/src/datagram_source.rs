@@ -108,8 +108,8 @@ impl DatagramSource {
     }
 
     async fn leave(&mut self, stream: Stream, to: SocketAddrV4, bytes: &[u8]) {
-        let was_heard = self.sockets.get(&to).is_none_or(|socket| socket.is_heard);
-        // What was heard is told before its reader can act on it.
+        let was_heard = self.sockets.get(&to).is_some_and(|socket| socket.is_heard);
+        // What is heard is told before its reader can act on it; what goes where nobody has listened so far, only if somebody does.
         if was_heard {
             self.tap.record(Side::Device, bytes);
         }
@@ -143,7 +143,7 @@ impl DatagramSource {
             let own = if to.ip().is_loopback() { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
             let socket = UdpSocket::bind(SocketAddrV4::new(own, 0)).await?;
             socket.connect(to).await?;
-            self.sockets.insert(to, Connected { socket, is_heard: true });
+            self.sockets.insert(to, Connected { socket, is_heard: false });
         }
         let Some(Connected { socket, is_heard }) = self.sockets.get_mut(&to) else { return Ok(true) };
         // What the one before met, if the system tells it only now.

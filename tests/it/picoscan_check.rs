@@ -159,7 +159,7 @@ fn keys_of_datagrams_that_cannot_be_are_refused() {
         ),
         ("model = \"picoscan150\"\nstart = \"streaming\"", "nothing says where to: add `udp"),
         (
-            "model = \"lms291-s05\"\nudp = \"127.0.0.1:0\"",
+            "model = \"lms291\"\nudp = \"127.0.0.1:0\"",
             "leave `tcp`, `rest`, `udp` and `allow_destination` out",
         ),
     ] {
