@@ -73,6 +73,14 @@ pub enum BenchError {
         /// What the system said.
         cause: std::io::Error,
     },
+    /// Datagrams without a pace.
+    #[error(
+        "`{stream}` goes out as datagrams, and nothing holds back who sends them at --time-scale max: expected a number, such as 10"
+    )]
+    UnpacedDatagrams {
+        /// The stream.
+        stream: String,
+    },
     /// An LMS2xx has three fields.
     #[error("an LMS2xx has 3 fields, A, B and C; found {found}")]
     TooManyFields {

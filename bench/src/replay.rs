@@ -1,5 +1,6 @@
 //! A recording in the place of the orchard: its scanners, lines and buses on endpoints, on one clock.
 
+use std::net::{IpAddr, SocketAddrV4};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -7,11 +8,12 @@ use rowscan_bus::nmea::{NmeaAddress, NmeaLine};
 use rowscan_bus::{Bus, BusAddress};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::replay::{
-    Part, Playback, Playhead, ReplayError, Survey, device_of, lms2xx_device_of, lms2xx_model_of, model_of,
+    Part, Playback, Playhead, ReplayError, Survey, compact_device_of, compact_model_of, device_of,
+    lms2xx_device_of, lms2xx_model_of, model_of,
 };
 use rowscan_emulator::{
-    Bound, CountReader, Emulator, EmulatorConfig, IDLE_LIMIT, MAX_CLIENTS, Outlet, Player, RefusedSetting,
-    SerialConfig, SerialEmulator, VirtualScanner, pause_slack,
+    Bound, CountReader, DATAGRAMS, Emulator, EmulatorConfig, IDLE_LIMIT, MAX_CLIENTS, Outlet, Player,
+    RefusedSetting, SerialConfig, SerialEmulator, VirtualScanner, pause_slack,
 };
 use rowscan_faults::{FaultControl, FaultEvents, Language, Medium, StreamFaults};
 use rowscan_ports::{Untaken, task};
@@ -19,10 +21,12 @@ use rowscan_protocol::device::{Device, Profile};
 use rowscan_protocol::lms2xx::device::Options;
 use rowscan_protocol::model::{AnyModel, MODELS};
 use rowscan_recording::{StreamKind, Taps};
+use rowscan_rest::{Rest, Server};
 use tokio::task::JoinSet;
 
 use crate::bench::{at_of, place_of};
 use crate::endpoint::{At, Line};
+use crate::scanner::{Asked, a_free_port};
 use crate::{BenchError, Endpoint, Place};
 
 /// A recording that is to be played.
@@ -61,10 +65,23 @@ pub struct StreamSpec<'a> {
 pub enum StreamPlaces {
     /// Any stream's bytes; a scanner answers there.
     Lines(Vec<Endpoint>),
+    /// A picoScan: datagrams, and its REST interface.
+    Datagrams(DatagramPlaces),
     /// A receiver's sentences.
     Nmea(Vec<NmeaAddress>),
     /// Ports of one bus.
     Can(Vec<BusAddress>),
+}
+
+/// Where a picoScan's datagrams go, and where it is set up.
+#[derive(Clone, Debug, Default)]
+pub struct DatagramPlaces {
+    /// Where its REST interface is; port 0 takes a free one.
+    pub rest: Vec<String>,
+    /// Where its datagrams go at once, as if a client had directed them there; port 0 takes a free one.
+    pub udp: Option<SocketAddrV4>,
+    /// Addresses besides loopback that clients may direct them to.
+    pub allowed: Vec<IpAddr>,
 }
 
 impl<'a> ReplaySpec<'a> {
@@ -97,6 +114,8 @@ pub struct ReplayedStream {
     /// The model that it was taken for, by its beams and answers, where nothing says which it is.
     pub taken_for: Option<&'static str>,
     scanner: Option<Box<dyn VirtualScanner>>,
+    /// Its drop ends the interfaces.
+    _rest: Vec<Server>,
 }
 
 impl ReplayedStream {
@@ -185,13 +204,13 @@ struct Opening<'a> {
 impl Opening<'_> {
     async fn open(&mut self, stream: &StreamSpec<'_>) -> Result<(ReplayedStream, Outlet), BenchError> {
         let (part, scale, taps) = (stream.part, self.spec.clock.scale(), &self.spec.taps);
-        let beside =
-            |outlet| (ReplayedStream { name: part.name.clone(), taken_for: None, scanner: None }, outlet);
+        let beside = |outlet| (replayed(part, None, None), outlet);
         match &stream.places {
             StreamPlaces::Lines(lines) if part.kind == StreamKind::Lms2xx && !self.spec.verbatim => {
                 self.lms2xx(part, lines).await
             }
             StreamPlaces::Lines(lines) => self.scanner(part, lines).await,
+            StreamPlaces::Datagrams(places) => self.datagrams(part, places).await,
             StreamPlaces::Nmea(addresses) => {
                 let mut lines = Vec::new();
                 for address in addresses {
@@ -247,7 +266,55 @@ impl Opening<'_> {
         }
         let outlet = Outlet::scanner(&emulator, part.scans > 0).read_by(untaken);
         let scanner: Option<Box<dyn VirtualScanner>> = Some(Box::new(emulator));
-        Ok((ReplayedStream { name: part.name.clone(), taken_for, scanner }, outlet))
+        Ok((replayed(part, taken_for, scanner), outlet))
+    }
+
+    /// A picoScan: its datagrams go where a client directs them, and REST answers as the model does that was set as the recorded one.
+    async fn datagrams(
+        &mut self,
+        part: &Part,
+        places: &DatagramPlaces,
+    ) -> Result<(ReplayedStream, Outlet), BenchError> {
+        let spec = self.spec;
+        let asked = match spec.model {
+            Some(AnyModel::Cola(model)) if model.compact.is_some() => Some(model),
+            Some(other) => return Err(foreign(part, other.title())),
+            None => None,
+        };
+        if spec.clock.delivery().is_patient() {
+            return Err(BenchError::UnpacedDatagrams { stream: part.name.clone() });
+        }
+        let model = compact_model_of(spec.survey, part, asked)?;
+        let mut device = compact_device_of(part, model);
+        let udp = places.udp.map(a_free_port).transpose()?;
+        if let Some(to) = udp {
+            device.direct(to);
+            device.enable_streaming();
+        }
+        let serial_number = device.serial_number();
+        let directed = udp.map(|to| IpAddr::from(*to.ip()));
+        let config = EmulatorConfig {
+            time_scale: spec.clock.scale(),
+            taps: spec.taps.clone(),
+            stream: Some(part.name.strip_suffix(DATAGRAMS).unwrap_or(&part.name).to_owned()),
+            allowed_destinations: places.allowed.iter().copied().chain(directed).collect(),
+            ..EmulatorConfig::default()
+        };
+        let emulator = Emulator::replay(device, part, true, spec.clock(), config);
+        let mut servers = Vec::new();
+        for address in &places.rest {
+            let rest = Rest::new(spec.survey.about.seed.unwrap_or(1), serial_number);
+            let server = Server::open(address, rest, Arc::new(Asked(emulator.device_handle()))).await?;
+            self.place(part, "rest", At::Address(server.address()));
+            servers.push(server);
+        }
+        if let Some(to) = udp {
+            self.place(part, "udp", At::Address(to.into()));
+        }
+        let outlet = Outlet::datagrams(&emulator);
+        let is_told = asked.is_some() || spec.survey.about.model.as_deref() == Some(model.name);
+        let stream = replayed(part, (!is_told).then_some(model.title), Some(Box::new(emulator)));
+        Ok((ReplayedStream { _rest: servers, ..stream }, outlet))
     }
 
     /// The device that answers what the recording does not, and the model that it was taken for where nothing says which.
@@ -298,7 +365,7 @@ impl Opening<'_> {
         let outlet = Outlet::lms2xx(&emulator, part).ok_or_else(not_one)?;
         let outlet = outlet.read_by(Vec::from_iter(line.untaken));
         let scanner: Option<Box<dyn VirtualScanner>> = Some(Box::new(emulator));
-        Ok((ReplayedStream { name: part.name.clone(), taken_for: None, scanner }, outlet))
+        Ok((replayed(part, None, scanner), outlet))
     }
 
     /// A stream's part of the faults, if faults may come.
@@ -315,6 +382,14 @@ impl Opening<'_> {
     fn place(&mut self, part: &Part, kind: &'static str, at: At) {
         self.places.push(Place { part: part.name.clone(), kind, at });
     }
+}
+
+fn replayed(
+    part: &Part,
+    taken_for: Option<&'static str>,
+    scanner: Option<Box<dyn VirtualScanner>>,
+) -> ReplayedStream {
+    ReplayedStream { name: part.name.clone(), taken_for, scanner, _rest: Vec::new() }
 }
 
 fn foreign(part: &Part, model: &'static str) -> BenchError {

@@ -213,7 +213,7 @@ impl Wiring<'_> {
 }
 
 /// The device as its REST interface asks it.
-struct Asked(DeviceHandle);
+pub(crate) struct Asked(pub(crate) DeviceHandle);
 
 impl rowscan_rest::Scanner for Asked {
     fn ask(&self, ask: &mut dyn FnMut(&mut Device, SimTime)) -> Kept {
@@ -227,7 +227,7 @@ fn wants_compact(spec: &ScannerSpec) -> bool {
 }
 
 /// The destination with a port that is free now, if it asks for one: whoever is to hear the datagrams binds it.
-fn a_free_port(to: SocketAddrV4) -> Result<SocketAddrV4, BenchError> {
+pub(crate) fn a_free_port(to: SocketAddrV4) -> Result<SocketAddrV4, BenchError> {
     if to.port() != 0 {
         return Ok(to);
     }

@@ -77,7 +77,7 @@ impl DatagramSource {
     }
 
     /// Sends a datagram as faults let it: not at all, twice, or held back.
-    async fn pass(&mut self, now: SimTime, (stream, to): (Stream, SocketAddrV4), bytes: Vec<u8>) {
+    pub(crate) async fn pass(&mut self, now: SimTime, (stream, to): (Stream, SocketAddrV4), bytes: Vec<u8>) {
         let troubles = self.shared.troubles.as_ref().and_then(|troubles| troubles.datagrams());
         let passage = troubles.map(|datagrams| datagrams.passage(bytes.len()));
         let Some(Passage { copies, late, behind }) = passage else {
@@ -100,7 +100,7 @@ impl DatagramSource {
     }
 
     /// Sends what has been held back for long enough.
-    async fn release(&mut self, now: SimTime) {
+    pub(crate) async fn release(&mut self, now: SimTime) {
         while let Some(place) = self.held.iter().position(|held| held.behind == 0 && held.until <= now) {
             let Some(Held { stream, to, bytes, .. }) = self.held.remove(place) else { return };
             self.leave(stream, to, &bytes).await;

@@ -49,6 +49,7 @@ pub mod clock;
 mod compute;
 mod connection;
 mod counting;
+mod datagram_outlet;
 mod datagram_source;
 mod datagrams;
 mod device_handle;

@@ -12,6 +12,7 @@ use tokio::task::JoinSet;
 use super::playback_queue::PlaybackQueue;
 use super::telegram::hand_over;
 use crate::clock::{SimClock, TimeScale};
+use crate::datagram_outlet::DatagramOutlet;
 use crate::replay::{Part, PlaybackEvent};
 use crate::roster::{Member, Wants};
 use crate::shared::Shared;
@@ -33,6 +34,7 @@ pub struct Outlet {
 #[derive(Debug)]
 enum Kind {
     Scanner(ScannerOutlet),
+    Datagrams(Box<DatagramOutlet>),
     Lms2xx(PlaybackQueue),
     Nmea(NmeaOutlet),
     Can(CanOutlet),
@@ -71,6 +73,11 @@ impl Outlet {
         let shared = Arc::clone(&emulator.shared);
         let anyone = !scans || shared.is_verbatim();
         Self::of(Kind::Scanner(ScannerOutlet { shared, anyone, audience: Vec::new() }))
+    }
+
+    /// Where a replayed scanner's datagrams go. It waits until they go somewhere.
+    pub fn datagrams(emulator: &Emulator) -> Self {
+        Self::of(Kind::Datagrams(Box::new(DatagramOutlet::new(&emulator.shared))))
     }
 
     /// The line of a replayed LMS2xx; none if it is not replayed. Where the times of its scans are assumed, they are those of the line: it is
@@ -117,6 +124,7 @@ impl Outlet {
     pub(crate) async fn taker(&self) {
         match &self.kind {
             Kind::Scanner(outlet) => outlet.taker().await,
+            Kind::Datagrams(outlet) => outlet.taker().await,
             Kind::Lms2xx(queue) => queue.taker().await,
             Kind::Nmea(_) | Kind::Can(_) => {}
         }
@@ -131,6 +139,7 @@ impl Outlet {
     pub(crate) async fn put(&mut self, event: &PlaybackEvent, due: SimTime) -> bool {
         match &mut self.kind {
             Kind::Scanner(outlet) => return outlet.put(event).await,
+            Kind::Datagrams(outlet) => return outlet.put(event, due).await,
             Kind::Lms2xx(queue) => return queue.put(event).await,
             Kind::Nmea(outlet) => {
                 let bytes = event.bytes();
@@ -169,6 +178,8 @@ impl Outlet {
     pub(crate) async fn drain(&self) {
         match &self.kind {
             Kind::Scanner(outlet) => outlet.shared.in_flight.flushed().await,
+            // Its client may have to end the stream over an interface that goes with the tape.
+            Kind::Datagrams(outlet) => outlet.left().await,
             Kind::Lms2xx(queue) => queue.flushed().await,
             Kind::Nmea(outlet) => {
                 for line in &outlet.lines {

@@ -4,6 +4,7 @@
 //! it again while it plays, so that hours of it take no memory. It follows a [`Playhead`], which is told where to be. Both read it in one time
 //! (`timed_frames.rs`): the file's, or where that stands still, that of the scans' own rate.
 
+mod compact;
 mod lms2xx_device;
 mod playback;
 mod playhead;
@@ -20,6 +21,7 @@ use rowscan_protocol::device::{Device, Identity};
 use rowscan_protocol::model::{self, Model};
 use rowscan_recording::ReadError;
 
+pub use compact::{CompactPart, compact_device_of, compact_model_of};
 pub use lms2xx_device::{lms2xx_device_of, lms2xx_model_of};
 pub(crate) use playback::PlaybackEvent;
 pub use playback::{Playback, Played};

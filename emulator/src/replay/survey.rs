@@ -14,7 +14,7 @@ use rowscan_recording::{About, RecordedFrame, Side, Soundness, StreamInfo, Strea
 
 use super::timed_frames::TimedFrames;
 use super::traces::Traces;
-use super::{Lms2xxPart, ReplayError, Script, unreadable};
+use super::{CompactPart, Lms2xxPart, ReplayError, Script, unreadable};
 
 /// What is known of a recording before it is played.
 #[derive(Debug)]
@@ -62,6 +62,8 @@ pub struct Part {
     pub assumed_hz: Option<f64>,
     /// What is known of a scanner that speaks no CoLa.
     pub lms2xx: Lms2xxPart,
+    /// What is known of a scanner that sends datagrams.
+    pub compact: CompactPart,
     last_scan_ns: Option<u64>,
     subscribed_ns: Option<u64>,
     /// Passwords the host logged in with.
@@ -158,6 +160,9 @@ impl Survey {
                     }
                 }
                 None if part.kind == StreamKind::Lms2xx => part.serial_telegram(&frame),
+                None if part.kind == StreamKind::Compact && frame.from == Side::Device => {
+                    part.datagram(&frame)
+                }
                 // A line without telegrams plays from its first byte.
                 None if !part.is_scanner() && frame.from == Side::Device => {
                     part.begins_ns.get_or_insert(frame.at_ns);
@@ -173,6 +178,7 @@ impl Survey {
         for part in &mut parts {
             part.assumed_hz = frames.hertz(part.stream);
             part.take_polls();
+            part.scans += part.compact.finish();
         }
         let torn = recording.torn().map(ToString::to_string);
         let (about, soundness) = (recording.about().clone(), recording.soundness());
@@ -184,10 +190,11 @@ impl Survey {
         let fail = unreadable(&self.path);
         let names: Vec<&str> = self.parts.iter().map(|part| part.name.as_str()).collect();
         let mut frames = TimedFrames::open(&self.path, &names, &still_streams(&self.parts)).map_err(&fail)?;
-        let mut scans = 0;
+        let (mut scans, mut compact) = (0, CompactPart::default());
         while let Some(frame) = frames.next_frame().map_err(&fail)? {
             let is_scan = match frame.kind {
                 StreamKind::Lms2xx => has_values(frame.payload()),
+                StreamKind::Compact if frame.stream == part.stream => compact.take(frame.payload()) > 0,
                 _ => frame.telegram().is_some_and(|telegram| is_scan(&telegram, part.polled)),
             };
             if frame.stream != part.stream || frame.from != Side::Device || !is_scan {
@@ -271,6 +278,7 @@ impl Part {
             assumed_hz: None,
             last_scan_ns: None,
             lms2xx: Lms2xxPart::default(),
+            compact: CompactPart::default(),
             subscribed_ns: None,
             passwords: Vec::new(),
             traces: Traces::default(),
@@ -285,6 +293,18 @@ impl Part {
             self.ends_ns = self.ends_ns.max(frame.at_ns);
             self.last_scan_ns = self.last_scan_ns.max(Some(frame.at_ns));
             self.scans += 1;
+        }
+    }
+
+    /// Takes note of a datagram. A turn counts where it is whole.
+    fn datagram(&mut self, frame: &RecordedFrame) {
+        self.begins_ns.get_or_insert(frame.at_ns);
+        self.ends_ns = self.ends_ns.max(frame.at_ns);
+        let turns = self.compact.take(frame.bytes.get(frame.frame_at..).unwrap_or_default());
+        self.scans += turns;
+        if turns > 0 {
+            self.first_scan_ns.get_or_insert(frame.at_ns);
+            self.last_scan_ns = self.last_scan_ns.max(Some(frame.at_ns));
         }
     }
 
@@ -326,7 +346,9 @@ impl Part {
 
     /// All scans came at one instant: the recording's clock tells nothing of them.
     fn stands_still(&self) -> bool {
-        self.is_scanner() && self.scans > 1 && self.first_scan_ns == self.last_scan_ns
+        (self.is_scanner() || self.kind == StreamKind::Compact)
+            && self.scans > 1
+            && self.first_scan_ns == self.last_scan_ns
     }
 
     /// The models that the device can be by what it says it is, if it was asked; none where no model here is called so.

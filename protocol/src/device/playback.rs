@@ -49,6 +49,16 @@ impl Device {
         self.recorded = Some(self.settings.clone());
     }
 
+    /// Becomes the device whose turns are recorded as Compact telegrams of these echoes a beam; its mode and echoes stay so, as with
+    /// [`play_back`](Self::play_back).
+    pub fn play_back_turns(&mut self, serial_number: u32, mode: ScanMode, echoes: usize) {
+        self.identity.serial_number = serial_number;
+        self.settings.mode = mode;
+        self.settings.echo_filter = if echoes > 1 { fr_echo_filter::ALL } else { fr_echo_filter::FIRST };
+        self.saved = self.settings.clone();
+        self.recorded = Some(self.settings.clone());
+    }
+
     /// Sets the scan that a poll (`sRN LMDscandata`) returns.
     pub fn show_scan(&mut self, scan: LmdScandata) {
         self.last_scan = scan;
@@ -156,7 +166,9 @@ impl Settings {
         // Of all echoes, the first one is among them.
         let filter = model.echoes == 1
             || self.echo_filter == other.echo_filter
-            || (other.echo_filter, self.echo_filter) == (fr_echo_filter::ALL, fr_echo_filter::FIRST);
+            || (other.echo_filter, self.echo_filter) == (fr_echo_filter::ALL, fr_echo_filter::FIRST)
+            // Of Compact telegrams with one echo nobody can tell which it is.
+            || model.compact.is_some() && ![self.echo_filter, other.echo_filter].contains(&fr_echo_filter::ALL);
         let remission =
             asked.remission == 0 || (asked.remission, asked.resolution) == (sent.remission, sent.resolution);
         let encoders = asked.encoders.0 & !sent.encoders.0 == 0

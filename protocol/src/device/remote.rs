@@ -58,7 +58,9 @@ impl Device {
         now: SimTime,
     ) -> Result<(), SopasError> {
         let mut access = Access::new(Dialect::A);
-        variable.set(&mut Context { device: self, access: &mut access, now }, value)
+        let before = self.recorded.is_some().then(|| self.settings.clone());
+        variable.set(&mut Context { device: self, access: &mut access, now }, value)?;
+        before.map_or(Ok(()), |before| self.keep_scans(before))
     }
 
     /// Does what a method asks; false where that cannot be.

@@ -97,6 +97,11 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     }
     let seats = args.places.seats(&survey)?;
     let parts: Vec<&Part> = seats.iter().map(|seat| seat.part).collect();
+    if args.stamps == StampsArg::Now && parts.iter().any(|part| part.kind == StreamKind::Compact) {
+        return Err(Failure::Usage(
+            "--stamps now: the stamps of Compact telegrams stay as recorded; leave it out".to_owned(),
+        ));
+    }
     let places = Places::of(args.rig.as_deref(), &survey, &parts);
     let played = args.played(&places, &parts)?;
     let start_ns = played.from_ns.max(places.begins_ns);
@@ -269,6 +274,9 @@ fn tell_streams(survey: &Survey, played: &[&Part]) {
                     ));
                 }
             }
+            (true, false) if part.kind == StreamKind::Compact => {
+                say(format_args!("{}: {} scans as datagrams", part.name, part.scans));
+            }
             (true, false) => say(format_args!("{}: {}, in step", part.name, part.kind)),
             (false, _) if part.begins_ns.is_some() => {
                 let flag = Sort::flag_for(part.kind);
@@ -277,7 +285,7 @@ fn tell_streams(survey: &Survey, played: &[&Part]) {
             (false, _) => {}
         }
     }
-    match played.iter().any(|part| part.is_scanner()) {
+    match played.iter().any(|part| part.kind.is_scanner()) {
         true => say("it begins with the first taker of every scanner"),
         false => say("it begins at once"),
     }

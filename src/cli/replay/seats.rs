@@ -1,9 +1,10 @@
 //! Which stream goes where: every place of the command line gets the stream it names, or the next one that fits.
 
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::{Path, PathBuf};
 
 use rowscan_bench::Endpoint;
-use rowscan_bench::replay::{StreamPlaces, StreamSpec};
+use rowscan_bench::replay::{DatagramPlaces, StreamPlaces, StreamSpec};
 use rowscan_recording::StreamKind;
 
 use super::super::Failure;
@@ -12,6 +13,9 @@ use super::super::named::Named;
 use rowscan_bus::BusAddress;
 use rowscan_bus::nmea::NmeaAddress;
 use rowscan_emulator::replay::{Part, ReplayError, Survey};
+
+/// Where REST is served where nothing else is asked for.
+const DEFAULT_REST: &str = "127.0.0.1:8080";
 
 /// Places for streams.
 #[derive(Debug, clap::Args)]
@@ -29,6 +33,16 @@ pub(super) struct PlaceArgs {
     /// A port of a recorded CAN bus; repeatable: slcan:LINK, socketcan:can0, socketcand:ADDR, socketcand-client:HOST:PORT/BUS, udp:GROUP:PORT, candump:FILE
     #[arg(long, value_name = "[NAME=]PORT")]
     can: Vec<Named<BusAddress>>,
+    /// Serve the REST interface of a recorded picoScan here; repeatable; port 0 takes a free one. Its datagrams go where a client directs them [default where
+    /// only datagrams are recorded: 127.0.0.1:8080]
+    #[arg(long, value_name = "[NAME=]ADDR")]
+    rest: Vec<Named<String>>,
+    /// Send a picoScan's recorded scans to this address at once, and IMU and encoder telegrams to its ports 7503 and 7504; repeatable
+    #[arg(long, value_name = "[NAME=]ADDR")]
+    udp: Vec<Named<SocketAddrV4>>,
+    /// Let clients direct datagrams to this address as well, not to loopback alone; repeatable
+    #[arg(long, value_name = "ADDRESS")]
+    allow_destination: Vec<Ipv4Addr>,
     /// Which scanners to be; repeatable [default: the first ones with scans, as many as there are places without a name]
     #[arg(long, value_name = "NAME")]
     stream: Vec<String>,
@@ -41,6 +55,8 @@ pub(super) enum Place<'a> {
     Pty(&'a Path),
     Nmea(&'a NmeaAddress),
     Can(&'a BusAddress),
+    Rest(&'a str),
+    Udp(SocketAddrV4),
 }
 
 /// What a place is good for.
@@ -50,6 +66,8 @@ pub(super) enum Sort {
     Line,
     Nmea,
     Can,
+    /// A picoScan's telegrams.
+    Datagrams,
 }
 
 /// One stream with its places, all of one sort.
@@ -58,6 +76,8 @@ pub(super) struct Seat<'a> {
     pub(super) part: &'a Part,
     pub(super) sort: Sort,
     pub(super) places: Vec<Place<'a>>,
+    /// Where datagrams may go besides loopback.
+    allowed: &'a [Ipv4Addr],
 }
 
 impl<'a> Seat<'a> {
@@ -76,8 +96,26 @@ impl<'a> Seat<'a> {
                     .filter_map(|place| if let Place::Can(at) = place { Some((*at).clone()) } else { None })
                     .collect(),
             ),
+            Sort::Datagrams => StreamPlaces::Datagrams(self.datagrams()),
         };
         StreamSpec { part: self.part, places }
+    }
+}
+
+impl Seat<'_> {
+    fn datagrams(&self) -> DatagramPlaces {
+        let mut places = DatagramPlaces {
+            allowed: self.allowed.iter().copied().map(Into::into).collect(),
+            ..DatagramPlaces::default()
+        };
+        for place in &self.places {
+            match place {
+                Place::Rest(address) => places.rest.push((*address).to_owned()),
+                Place::Udp(to) => places.udp = Some(*to),
+                _ => {}
+            }
+        }
+        places
     }
 }
 
@@ -86,7 +124,7 @@ impl Place<'_> {
         match self {
             Self::Tcp(address) => Some(Endpoint::Tcp((*address).to_owned())),
             Self::Pty(link) => Some(Endpoint::Pty(link.to_path_buf())),
-            Self::Nmea(_) | Self::Can(_) => None,
+            Self::Nmea(_) | Self::Can(_) | Self::Rest(_) | Self::Udp(_) => None,
         }
     }
 
@@ -95,6 +133,7 @@ impl Place<'_> {
             Self::Tcp(_) | Self::Pty(_) => Sort::Line,
             Self::Nmea(_) => Sort::Nmea,
             Self::Can(_) => Sort::Can,
+            Self::Rest(_) | Self::Udp(_) => Sort::Datagrams,
         }
     }
 }
@@ -105,6 +144,7 @@ impl Sort {
             Self::Line => "--tcp",
             Self::Nmea => "--nmea",
             Self::Can => "--can",
+            Self::Datagrams => "--rest",
         }
     }
 
@@ -113,7 +153,8 @@ impl Sort {
         match kind {
             StreamKind::Nmea => Self::Nmea,
             StreamKind::Can => Self::Can,
-            StreamKind::Cola | StreamKind::Lms2xx | StreamKind::Compact | StreamKind::Bytes => Self::Line,
+            StreamKind::Compact => Self::Datagrams,
+            StreamKind::Cola | StreamKind::Lms2xx | StreamKind::Bytes => Self::Line,
         }
     }
 
@@ -140,6 +181,8 @@ impl PlaceArgs {
             with(&self.pty, |link| Place::Pty(link)),
             with(&self.nmea, Place::Nmea),
             with(&self.can, Place::Can),
+            with(&self.rest, |address| Place::Rest(address)),
+            with(&self.udp, |to| Place::Udp(*to)),
         ];
         places.concat()
     }
@@ -156,6 +199,10 @@ impl PlaceArgs {
         let lines = places.iter().any(|(_, place)| place.sort() == Sort::Line);
         let scanner =
             survey.parts.iter().any(|part| Sort::of(part.kind) == Sort::Line && part.begins_ns.is_some());
+        let sends = |part: &Part| part.kind == StreamKind::Compact && part.begins_ns.is_some();
+        if places.is_empty() && !scanner && self.stream.is_empty() && survey.parts.iter().any(sends) {
+            places.push((None, Place::Rest(DEFAULT_REST)));
+        }
         if !lines && (scanner || places.is_empty() || !self.stream.is_empty()) {
             places.extend(DEFAULT_ENDPOINTS.map(|address| (None, Place::Tcp(address))));
         }
@@ -166,10 +213,18 @@ impl PlaceArgs {
                 seat(&mut seats, part, *place)?;
             }
         }
-        for sort in [Sort::Line, Sort::Nmea, Sort::Can] {
+        // Both of a picoScan's places are given out by themselves: it has one of each.
+        let is_udp = |place: &Place<'_>| matches!(place, Place::Udp(_));
+        for (sort, udp) in [
+            (Sort::Line, false),
+            (Sort::Nmea, false),
+            (Sort::Can, false),
+            (Sort::Datagrams, false),
+            (Sort::Datagrams, true),
+        ] {
             let unnamed: Vec<Place<'a>> = places
                 .iter()
-                .filter(|(name, place)| name.is_none() && place.sort() == sort)
+                .filter(|(name, place)| name.is_none() && place.sort() == sort && is_udp(place) == udp)
                 .map(|(_, place)| *place)
                 .collect();
             let parts = self.parts(survey, sort, &seats, if lines { unnamed.len() } else { 1 })?;
@@ -179,6 +234,7 @@ impl PlaceArgs {
                 seat(&mut seats, part, place)?;
             }
         }
+        seats.iter_mut().for_each(|seat| seat.allowed = &self.allow_destination);
         seats.sort_by_key(|seat| seat.part.stream);
         Ok(seats)
     }
@@ -201,6 +257,7 @@ impl PlaceArgs {
             return Ok(chosen.into_iter().filter(free).take(count).collect());
         }
         let fits = |part: &&Part| Sort::of(part.kind) == sort && part.begins_ns.is_some();
+        let free = |part: &&Part| sort == Sort::Datagrams || free(part);
         Ok(survey.parts.iter().filter(fits).filter(free).collect())
     }
 }
@@ -229,7 +286,7 @@ fn seat<'a>(seats: &mut Vec<Seat<'a>>, part: &'a Part, place: Place<'a>) -> Resu
             Ok(())
         }
         None => {
-            seats.push(Seat { part, sort, places: vec![place] });
+            seats.push(Seat { part, sort, places: vec![place], allowed: &[] });
             Ok(())
         }
     }
