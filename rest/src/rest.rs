@@ -103,7 +103,7 @@ fn get(name: &str, device: &mut Device, now: SimTime) -> Result<Answer, Status> 
 }
 
 fn known(name: &str, device: &Device) -> Option<&'static Variable> {
-    device.variables().iter().find(|variable| variable.name == name)
+    device.variable(name)
 }
 
 /// Why a name is not answered: the schema has it, or nothing has.

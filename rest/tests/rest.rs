@@ -20,7 +20,11 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        let device = Device::new(by_name("picoscan150").unwrap(), Identity::default());
+        Self::of("picoscan150")
+    }
+
+    fn of(model: &str) -> Self {
+        let device = Device::new(by_name(model).unwrap(), Identity::default());
         Self { rest: Rest::new(7, device.serial_number()), device, now: SimTime::ZERO }
     }
 
@@ -144,6 +148,22 @@ fn every_row_is_read_and_what_may_be_written_takes_what_it_reads() {
             assert_eq!(bench.get(variable.name)[variable.name], read);
         }
     }
+}
+
+#[test]
+fn a_picoscan120_has_what_its_table_has() {
+    let mut bench = Bench::of("picoscan120");
+    let names: Vec<&str> = bench.device.variables().map(|variable| variable.name).collect();
+    assert!(names.contains(&"ScanDataEnable") && !names.contains(&"FREchoFilter"));
+    for variable in VARIABLES {
+        let answer = bench.ask(Verb::Get, variable.name, b"");
+        let expected = if names.contains(&variable.name) { (200, 0) } else { (404, 5) };
+        assert_eq!((answer.http, status(&answer)), expected, "{}", variable.name);
+    }
+    assert_eq!(bench.get("DeviceIdent")["DeviceIdent"]["Name"], "picoScan120");
+    assert_eq!(bench.set("ScanDataEnable", json!(true)), 0);
+    assert_eq!(bench.set("PerformanceProfileNumber", json!(3)), 5);
+    assert_eq!(bench.get("ScanConfig")["ScanConfig"]["udiScanFreq"], 2000);
 }
 
 #[test]

@@ -56,6 +56,7 @@ mod part_faults;
 mod picoscan;
 mod picoscan_check;
 mod picoscan_driver;
+mod picoscan_replay;
 mod proxy;
 mod pty;
 mod record;

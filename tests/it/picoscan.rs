@@ -4,8 +4,9 @@ use std::io::{Read, Write};
 use std::net::{TcpStream, UdpSocket};
 use std::time::Duration;
 
+use rowscan_protocol::challenge::{PASSWORD, REALM, USER, response};
 use rowscan_protocol::compact::Telegram;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::common::binary::{Telling, assert_says, refused, run, text};
 
@@ -36,6 +37,22 @@ pub(crate) fn ask(address: &str, head: &str, body: &[u8]) -> (u16, Value) {
     let (head, body) = answer.split_once("\r\n\r\n").expect("a head and a body");
     let code = head.split(' ').nth(1).and_then(|code| code.parse().ok()).expect("a code");
     (code, serde_json::from_str(body).expect("JSON"))
+}
+
+/// Writes a variable as a client does: the code and the status of the answer.
+pub(crate) fn post(address: &str, name: &str, value: &Value) -> (u16, Value) {
+    let (_, told) = ask(address, "POST /api/getChallenge", br#"{"data":{"user":"Service"}}"#);
+    let challenge = &told["challenge"];
+    let word = |key: &str| challenge[key].as_str().expect("a word");
+    let byte = |byte: &Value| byte.as_u64().and_then(|byte| u8::try_from(byte).ok()).expect("a byte");
+    let salt: Vec<u8> = challenge["salt"].as_array().expect("a list").iter().map(byte).collect();
+    let header = json!({
+        "user": USER, "realm": REALM, "nonce": word("nonce"), "opaque": word("opaque"),
+        "response": response(USER, PASSWORD, &salt, word("nonce"), name),
+    });
+    let body = json!({ "header": header, "data": { name: value } }).to_string();
+    let (code, told) = ask(address, &format!("POST /api/{name}"), body.as_bytes());
+    (code, told["header"]["status"].clone())
 }
 
 #[test]

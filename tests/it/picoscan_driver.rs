@@ -4,13 +4,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use rowscan_driver::{DriverConfig, DriverError, Scanner, Source};
-use rowscan_protocol::challenge::{PASSWORD, REALM, USER, response};
 use rowscan_recording::{About, Decoded, McapWriter, Recording, StreamKind};
 use serde_json::{Value, json};
 
 use crate::common::binary::{Telling, assert_says, rowscan, run, text};
 use crate::common::recorded::{estimate, folder};
-use crate::picoscan::ask;
+use crate::picoscan::post;
 
 /// An emulator of a scene: its CoLa port and its REST.
 struct Pico {
@@ -35,22 +34,6 @@ impl Pico {
     /// A free port, so that tests do not meet.
     fn source(&self) -> String {
         format!("picoscan://{}?udp=0", self.rest)
-    }
-
-    /// Writes a variable as a client does.
-    fn post(&self, name: &str, value: &Value) {
-        let (_, told) = ask(&self.rest, "POST /api/getChallenge", br#"{"data":{"user":"Service"}}"#);
-        let challenge = &told["challenge"];
-        let word = |key: &str| challenge[key].as_str().expect("a word");
-        let byte = |byte: &Value| byte.as_u64().and_then(|byte| u8::try_from(byte).ok()).expect("a byte");
-        let salt: Vec<u8> = challenge["salt"].as_array().expect("a list").iter().map(byte).collect();
-        let header = json!({
-            "user": USER, "realm": REALM, "nonce": word("nonce"), "opaque": word("opaque"),
-            "response": response(USER, PASSWORD, &salt, word("nonce"), name),
-        });
-        let body = json!({ "header": header, "data": { name: value } }).to_string();
-        let (code, told) = ask(&self.rest, &format!("POST /api/{name}"), body.as_bytes());
-        assert_eq!(code, 200, "{told}");
     }
 }
 
@@ -171,7 +154,7 @@ async fn datagrams_that_never_come_are_told() {
     let above = json!({
         "bEnable": true, "fThetaStart": -900_000, "fThetaStop": 900_000, "fPhiStart": 100_000, "fPhiStop": 200_000, "uiBeamIncrement": 1,
     });
-    pico.post("LFPangleRangeFilter", &above);
+    assert_eq!(post(&pico.rest, "LFPangleRangeFilter", &above), (200, json!(0)));
     let source: Source = pico.source().parse().expect("a source");
     let patience = Duration::from_millis(700);
     let config = DriverConfig { first_datagram_timeout: patience, ..DriverConfig::default() };

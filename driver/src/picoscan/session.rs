@@ -91,12 +91,28 @@ impl PicoSession {
     }
 
     fn datagram(&mut self, now: Duration, bytes: &[u8]) {
-        let is_set = matches!(self.state, State::Set { .. } | State::Streams) || self.is_stopping;
-        if !is_set {
-            // Of a stream that somebody else has set up.
-            return;
+        if self.is_set() {
+            self.listener.handle_datagram(now, bytes);
+            self.begin();
         }
-        self.listener.handle_datagram(now, bytes);
+    }
+
+    /// False while datagrams are those of a stream that somebody else has set up. The first of one's own may come before the answer that says so.
+    fn is_set(&self) -> bool {
+        match &self.state {
+            State::Set { .. } | State::Streams => true,
+            _ if self.is_stopping => true,
+            State::Asked { for_challenge: false, .. } => self.steps.iter().all(Step::is_last),
+            // The last request but the one that has scans sent.
+            State::Next(_) | State::Asked { .. } | State::Challenged(_) => {
+                !self.steps.is_empty() && self.steps.iter().all(Step::is_start)
+            }
+            State::Done => false,
+        }
+    }
+
+    /// Scans come once all is set and a telegram was there.
+    fn begin(&mut self) {
         if matches!(self.state, State::Set { .. }) && self.listener.counts().frames > 0 {
             self.state = State::Streams;
             self.events.push_back(HostEvent::Ready(self.info.clone()));
@@ -164,6 +180,7 @@ impl PicoSession {
                 State::Done
             }
         };
+        self.begin();
     }
 
     fn too_many(&mut self, now: Duration, refusal: Refusal) {
@@ -278,7 +295,8 @@ impl HostSession for PicoSession {
     }
 
     fn poll_event(&mut self) -> Option<HostEvent> {
-        self.events.pop_front().or_else(|| self.listener.poll_event())
+        let is_ready = matches!(self.state, State::Streams | State::Done) || self.is_stopping;
+        self.events.pop_front().or_else(|| if is_ready { self.listener.poll_event() } else { None })
     }
 
     fn stop(&mut self, _: Duration) {

@@ -18,6 +18,16 @@ pub(super) struct Step {
 }
 
 impl Step {
+    /// Datagrams come with it.
+    pub(super) fn is_last(&self) -> bool {
+        self.name == "ScanDataEnable" || self.is_start()
+    }
+
+    /// It starts a measurement that may run already.
+    pub(super) fn is_start(&self) -> bool {
+        self.name == "mStartMeasure"
+    }
+
     fn read(name: &'static str, is_needed: bool) -> Self {
         Self { name, data: None, is_needed }
     }

@@ -19,7 +19,6 @@ use super::command::{COMMANDS, by_name};
 use super::context::Context;
 use super::effect::scanning::set_mode;
 use super::state::Device;
-use super::variable::VARIABLES;
 use crate::frame::Dialect;
 use crate::telegram::eihst_cola::HostDialect;
 use crate::telegram::lmp_scancfg::{self, ScanConfig};
@@ -85,7 +84,7 @@ impl Device {
 
     /// Appends the lines of the variables that REST has, too.
     fn write_variables(&self, context: &Context<'_>, text: &mut String) {
-        let saved = VARIABLES.iter().filter(|variable| self.model.compact.is_some() && variable.is_saved());
+        let saved = self.variables().filter(|variable| variable.is_saved());
         for variable in saved {
             let mut line = Vec::new();
             let written =
@@ -130,8 +129,8 @@ impl Device {
             return (set_mode(self, &args.decode().ok()?) == lmp_scancfg::OK).then_some(());
         }
         let args = Args { dialect: Dialect::A, ..args };
-        let variable = VARIABLES.iter().find(|variable| variable.name == name && variable.is_saved());
-        if let Some(variable) = variable.filter(|_| self.model.compact.is_some()) {
+        let variable = self.variable(name).filter(|variable| variable.is_saved());
+        if let Some(variable) = variable {
             let mut access = Access::new(Dialect::A);
             let mut context = Context { device: self, access: &mut access, now: SimTime::ZERO };
             return variable.write(&mut context, args).ok();

@@ -34,8 +34,14 @@ pub enum Action {
 
 impl Device {
     /// Its variables; none of a model without Compact output.
-    pub fn variables(&self) -> &'static [Variable] {
-        if self.model.compact.is_some() { VARIABLES } else { &[] }
+    pub fn variables(&self) -> impl Iterator<Item = &'static Variable> + use<> {
+        let compact = self.model.compact;
+        VARIABLES.iter().filter(move |variable| compact.is_some_and(|compact| compact.has(variable.name)))
+    }
+
+    /// The one called `name`.
+    pub fn variable(&self, name: &str) -> Option<&'static Variable> {
+        self.variables().find(|variable| variable.name == name)
     }
 
     /// The value of one of them, part by part, as somebody reads it who is not logged in.

@@ -23,9 +23,16 @@ pub struct CompactOutput {
     pub imu_period_us: Option<u32>,
     /// It tells what the encoder at its inputs counts.
     pub encoder: bool,
+    /// Names of variables that others with Compact output have, and it has not.
+    pub lacks: &'static [&'static str],
 }
 
 impl CompactOutput {
+    /// Whether it has the variable `name`, if others with Compact output have it.
+    pub fn has(&self, name: &str) -> bool {
+        !self.lacks.contains(&name)
+    }
+
     /// Width of a segment at this scan frequency, 1/10000°.
     pub fn segment_at(&self, frequency_centihz: u32) -> u32 {
         if frequency_centihz >= self.wide_from_centihz { self.wide_segment } else { self.segment }

@@ -10,6 +10,7 @@ mod lms500;
 mod lms511;
 mod lms511_lite;
 pub(crate) mod optics;
+mod picoscan120;
 mod picoscan150;
 mod scatter;
 mod scatters;
@@ -44,7 +45,7 @@ pub static MODELS: &[&Model] = &[
 ];
 
 /// The models that send their scans as Compact telegrams over UDP out of the box, and speak CoLa besides.
-pub static SEGMENTED: &[&Model] = &[&picoscan150::PICOSCAN150];
+pub static SEGMENTED: &[&Model] = &[&picoscan150::PICOSCAN150, &picoscan120::PICOSCAN120];
 
 /// All models that speak CoLa.
 pub fn all() -> impl Iterator<Item = &'static Model> + Clone {

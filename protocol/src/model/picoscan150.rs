@@ -26,7 +26,7 @@ static PROFILES: [ScanMode; 11] = [
     profile(15, 10_000),
 ];
 
-static COMPACT: CompactOutput = CompactOutput {
+pub(super) const COMPACT_OUTPUT: CompactOutput = CompactOutput {
     profiles: 11,
     segment: 300_000,
     wide_segment: 600_000,
@@ -36,9 +36,15 @@ static COMPACT: CompactOutput = CompactOutput {
     jitter_us: Fact::recorded(20.0),
     imu_period_us: Some(10_082),
     encoder: true,
+    lacks: &[],
 };
 
-pub(super) static PICOSCAN150: Model = Model {
+static COMPACT: CompactOutput = COMPACT_OUTPUT;
+
+pub(super) static PICOSCAN150: Model = PICOSCAN1XX;
+
+/// What others of the family differ from.
+pub(super) const PICOSCAN1XX: Model = Model {
     name: "picoscan150",
     title: "picoScan150",
     ident_name: "picoScan",

@@ -402,3 +402,36 @@ fn stamps_scatter_in_the_field_only_and_by_their_seed() {
     assert!(late.iter().all(|late| (-420..=1700).contains(late)));
     assert!(late.iter().any(|late| *late < -200) && late.iter().any(|late| *late > 1500));
 }
+
+/// The picoScan120: what sick_scan_xd's start-up for it hears, and one echo in segments of 30°.
+#[test]
+fn a_picoscan120_has_one_echo_one_mode_and_fewer_variables() {
+    let mut bench = Bench::new("picoscan120");
+    bench.table(&[
+        ("sMN SetAccessMode 4 81BE23AA", "sAN SetAccessMode 1"),
+        ("sRN DeviceIdent", "sRA DeviceIdent B picoScan120 8 2.2.1.0R"),
+        ("sRN FREchoFilter", "sFA 3"),
+        ("sRN LFPangleRangeFilter", "sFA 3"),
+        ("sWN ImuDataEthSettings 1 +127 +0 +0 +1 +7503", "sFA 3"),
+        ("sRN PerformanceProfileNumber", "sFA 3"),
+        ("sWN ScanDataEthSettings 1 +127 +0 +0 +1 +2115", "sWA ScanDataEthSettings"),
+        ("sWN ScanDataFormat 2", "sWA ScanDataFormat"),
+        ("sWN ScanDataEnable 1", "sWA ScanDataEnable"),
+        ("sMN LMCstartmeas", "sAN LMCstartmeas 0"),
+    ]);
+    let mut device = bench.device;
+    assert_eq!((device.imu_period(), device.destination(Stream::Encoder)), (None, Err(Silent::Off)));
+    let modules = modules(&mut device, SimTime(50_000_000));
+    assert_eq!(modules.len(), 10);
+    assert_eq!(
+        modules.iter().map(|module| module.beams.distance.len()).sum::<usize>(),
+        2761,
+        "one echo a beam"
+    );
+    let us: Vec<u64> = modules.iter().map(|module| module.time_start_us.0[0]).collect();
+    assert!(us.windows(2).all(|pair| (4166..=4168).contains(&(pair[1] - pair[0]))), "20 Hz: {us:?}");
+    // What it saves it takes back.
+    let saved = device.saved_settings();
+    device.restore(&saved).unwrap();
+    assert!(!saved.contains("ImuDataEnable") && saved.contains("ScanDataFormat"), "{saved}");
+}

@@ -25,8 +25,7 @@ use crate::telegram::{Args, Kind as TelegramKind, SopasError, Telegram};
 
 /// The variable called `name`; none where the model has none of these.
 pub(super) fn by_name(context: &Context<'_>, name: &str) -> Option<&'static Variable> {
-    context.device.model.compact?;
-    VARIABLES.iter().find(|variable| variable.name == name)
+    context.device.variable(name)
 }
 
 impl Variable {
