@@ -66,7 +66,7 @@ fn a_row_is_the_same_over_udp_over_cola_and_from_recordings() {
         // Stamps are whole microseconds, and the two met the drive at different ones.
         assert!(off.abs() < 1e-4, "{key}: {udp} over UDP, {cola} over CoLa");
     }
-    assert_eq!(estimate(&live, &scene, &SCANS[..2]), over_udp, "the recording, to the byte");
+    assert_eq!(estimate(&live, &scene, &SCANS), over_udp, "the recording, to the byte");
 
     let pico = Pico::start(&scene, &["--time-scale", "4"]);
     let ended = run(&["record", &pico.source(), "-o", &kept, "--scans", "20", "--format", "jsonl"]);
@@ -105,7 +105,7 @@ fn lost_segments_are_told(folder: &Path, file: &str, scene: &str, whole: &Value)
     writer.finish().expect("finished");
     let file = folder.join("lossy.mcap");
     std::fs::write(&file, writer.into_inner().into_inner()).expect("kept");
-    let told = parsed(&estimate(text(&file), scene, &SCANS[..2]));
+    let told = parsed(&estimate(text(&file), scene, &SCANS));
     assert_eq!((&told["scans"], &told["segments_lost"]), (&60.into(), &dropped.into()));
     let warnings = told["warnings"].to_string();
     assert!(warnings.contains("segments_lost"), "{warnings}");

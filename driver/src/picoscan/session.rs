@@ -102,12 +102,9 @@ impl PicoSession {
         match &self.state {
             State::Set { .. } | State::Streams => true,
             _ if self.is_stopping => true,
-            State::Asked { for_challenge: false, .. } => self.steps.iter().all(Step::is_last),
-            // The last request but the one that has scans sent.
-            State::Next(_) | State::Asked { .. } | State::Challenged(_) => {
-                !self.steps.is_empty() && self.steps.iter().all(Step::is_start)
-            }
-            State::Done => false,
+            // The request that has scans sent is the last one.
+            State::Asked { for_challenge: false, .. } => self.steps.len() == 1,
+            _ => false,
         }
     }
 

@@ -18,16 +18,6 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// Datagrams come with it.
-    pub(super) fn is_last(&self) -> bool {
-        self.name == "ScanDataEnable" || self.is_start()
-    }
-
-    /// It starts a measurement that may run already.
-    pub(super) fn is_start(&self) -> bool {
-        self.name == "mStartMeasure"
-    }
-
     fn read(name: &'static str, is_needed: bool) -> Self {
         Self { name, data: None, is_needed }
     }
@@ -59,8 +49,9 @@ pub(super) fn start_up(to: SocketAddrV4, config: &ColaConfig) -> (Vec<Step>, boo
         Some(Step::write("ScanDataFormat", json!(2), true)),
         profile.ok().flatten().map(|number| Step::write("PerformanceProfileNumber", json!(number), false)),
         echo.map(|code| Step::write("FREchoFilter", code, false)),
-        Some(Step::write("ScanDataEnable", json!(true), true)),
+        // A measurement that runs already begins anew with it: before the stream does.
         Some(Step { name: "mStartMeasure", data: Some(json!({})), is_needed: false }),
+        Some(Step::write("ScanDataEnable", json!(true), true)),
     ];
     (all.into_iter().flatten().collect(), profile.is_ok())
 }
