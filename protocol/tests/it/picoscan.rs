@@ -435,3 +435,37 @@ fn a_picoscan120_has_one_echo_one_mode_and_fewer_variables() {
     device.restore(&saved).unwrap();
     assert!(!saved.contains("ImuDataEnable") && saved.contains("ScanDataFormat"), "{saved}");
 }
+
+/// Simulated seconds that the endurance of profiles is tried for; `cargo xtask full` takes ten minutes.
+fn endurance_s() -> u64 {
+    std::env::var("ROWSCAN_PICOSCAN_SECONDS").map_or(4, |text| text.parse().unwrap())
+}
+
+/// Turn after turn, all segments go out, and no counter has a gap.
+#[test]
+fn the_fastest_and_the_finest_profile_have_no_gap() {
+    for (profile, hertz, segments) in [(8, 50, 5), (9, 15, 10)] {
+        let mut device = streaming(profile);
+        let echoes = echoes(&device);
+        let (turns, mut sent) = (endurance_s() * hertz, 0_u64);
+        let mut due = SimTime::ZERO;
+        for number in 1..=turns {
+            let at = SimTime(1_000_000_000 * number / hertz);
+            let datagrams = turn(&mut device, at, &echoes);
+            assert_eq!(datagrams.len() as u64, segments, "turn {number}");
+            for (place, datagram) in datagrams.into_iter().enumerate() {
+                assert!(datagram.at > due && datagram.at.0 < at.0 + 1_000_000_000 / hertz, "turn {number}");
+                due = datagram.at;
+                let (counter, _, module) = scan(&mut device, datagram);
+                sent += 1;
+                let frame = number - 1;
+                assert_eq!(
+                    (counter, module.frame_number, module.segment_counter),
+                    (sent, frame, place as u64),
+                    "turn {number}"
+                );
+            }
+        }
+        assert_eq!(sent, turns * segments, "profile {profile}");
+    }
+}

@@ -4,6 +4,7 @@ mod calibrations;
 mod demo;
 mod fuzz;
 mod lockstep;
+mod profiles;
 mod publish;
 mod sprayer;
 mod survey;
@@ -21,6 +22,7 @@ const STEPS: &[Step] = &[
     Step::new("demo", demo::run).taking(1),
     Step::new("calibrations", calibrations::run).taking(30),
     Step::new("lockstep", lockstep::run).taking(8),
+    Step::new("profiles", profiles::run).taking(5),
     Step::new("sprayer", sprayer::run).taking(3),
     Step::new("survey", survey::run).taking(10),
     Step::new("wheel", wheel::run).taking(6),
