@@ -7,7 +7,7 @@ use rowscan_bench::ScannerSpec;
 use super::Failure;
 
 #[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Datagrams and REST (picoscan150)")]
+#[command(next_help_heading = "Datagrams and REST (picoScans)")]
 pub(super) struct DatagramArgs {
     /// Serve the REST interface at this address, such as 127.0.0.1:8080; repeatable, in the order of the scanners; port 0 takes a free one (docs/picoscan.md says
     /// how to bind port 80, which some clients require)
