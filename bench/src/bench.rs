@@ -273,6 +273,7 @@ fn seen_in_lockstep(spec: &BenchSpec<'_>) -> Result<(), BenchError> {
     }
     let of_bus = spec.buses.iter().flat_map(|bus| &bus.ports).find_map(|port| match port {
         BusAddress::Slcan(link) => Some((format!("slcan:{}", link.display()), "socketcand:127.0.0.1:0")),
+        BusAddress::Lines(link) => Some((format!("lines:{}", link.display()), "lines-tcp:127.0.0.1:0")),
         _ => None,
     });
     let of_nmea = spec.nmea.iter().find_map(|nmea| match &nmea.at {

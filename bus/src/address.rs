@@ -20,6 +20,10 @@ pub enum BusAddress {
         /// The bus's name there.
         bus: String,
     },
+    /// `lines:LINK`: lines of text on a pseudo-terminal of this name.
+    Lines(PathBuf),
+    /// `lines-tcp:HOST:PORT`: a server of lines of text.
+    LinesTcp(String),
     /// `udp:GROUP:PORT`: python-can's `udp_multicast`.
     Udp(SocketAddr),
     /// `candump:FILE`: a log as candump -L writes it.
@@ -29,8 +33,8 @@ pub enum BusAddress {
 /// A name that is no port.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "expected slcan:LINK, socketcan:INTERFACE, socketcand:HOST:PORT (a server), socketcand-client:HOST:PORT/BUS, udp:GROUP:PORT (a multicast group such as 239.74.163.2:43113) or \
-     candump:FILE, found `{0}`"
+    "expected slcan:LINK, socketcan:INTERFACE, socketcand:HOST:PORT (a server), socketcand-client:HOST:PORT/BUS, lines:LINK, lines-tcp:HOST:PORT, \
+     udp:GROUP:PORT (a multicast group such as 239.74.163.2:43113) or candump:FILE, found `{0}`"
 )]
 pub struct BusAddressError(String);
 
@@ -53,6 +57,8 @@ impl FromStr for BusAddress {
                 }
                 Ok(Self::SocketcandClient { server: server.to_owned(), bus: bus.to_owned() })
             }
+            "lines" => Ok(Self::Lines(place.into())),
+            "lines-tcp" if place.contains(':') => Ok(Self::LinesTcp(place.to_owned())),
             "udp" => place
                 .parse()
                 .ok()
@@ -73,13 +79,24 @@ mod tests {
     fn names_say_what_they_are() {
         assert_eq!("slcan:/tmp/can".parse(), Ok(BusAddress::Slcan("/tmp/can".into())));
         assert_eq!("socketcand:127.0.0.1:0".parse(), Ok(BusAddress::Socketcand("127.0.0.1:0".into())));
+        assert_eq!("lines:/tmp/boom".parse(), Ok(BusAddress::Lines("/tmp/boom".into())));
+        assert_eq!("lines-tcp:127.0.0.1:0".parse(), Ok(BusAddress::LinesTcp("127.0.0.1:0".into())));
         let client =
             |server: &str, bus: &str| BusAddress::SocketcandClient { server: server.into(), bus: bus.into() };
         assert_eq!("socketcand-client:gate:29536/can1".parse(), Ok(client("gate:29536", "can1")));
         assert_eq!("socketcand-client:gate:29536".parse(), Ok(client("gate:29536", "can0")));
         assert!("socketcand-client:gate:1/a b".parse::<BusAddress>().is_err());
         assert!(matches!("udp:239.74.163.2:43113".parse(), Ok(BusAddress::Udp(_))));
-        for wrong in ["can0", "slcan:", "udp:127.0.0.1:5", "udp:239.1.1.1", "socketcand:7", ""] {
+        for wrong in [
+            "can0",
+            "slcan:",
+            "udp:127.0.0.1:5",
+            "udp:239.1.1.1",
+            "socketcand:7",
+            "lines:",
+            "lines-tcp:7",
+            "",
+        ] {
             let message = wrong.parse::<BusAddress>().unwrap_err().to_string();
             assert!(message.contains(&format!("found `{wrong}`")), "{message}");
         }

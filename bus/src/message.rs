@@ -76,10 +76,20 @@ impl Signal {
         if self.signed { self.mask() >> 1 } else { self.mask() }
     }
 
+    /// The raw value that is nearest.
+    fn nearest(&self, value: f64) -> i128 {
+        ((value - self.offset) / self.scale).round() as i128
+    }
+
+    /// True of a value that its bits can say, to the nearest step.
+    pub fn can_say(&self, value: f64) -> bool {
+        value.is_finite() && (self.raw_min()..=self.raw_max()).contains(&self.nearest(value))
+    }
+
     /// Raw bits of a value, to the nearest step, held within what can be said.
     fn raw(&self, value: Option<f64>) -> u64 {
         let Some(value) = value.filter(|value| value.is_finite()) else { return self.missing() };
-        let raw = ((value - self.offset) / self.scale).round() as i128;
+        let raw = self.nearest(value);
         raw.clamp(self.raw_min(), self.raw_max()) as u64 & self.mask()
     }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rowscan_bus::name::Name;
 use rowscan_bus::pgn::gnss::COURSE_RAPID;
 use rowscan_bus::pgn::network::ADDRESS_CLAIMED;
-use rowscan_bus::pgn::sprayer::{NOZZLE_DUTY, NOZZLES, SECTION_DUTY, SECTIONS};
+use rowscan_bus::pgn::sprayer::{NOZZLE_DUTY, NOZZLES, SECTION_DUTIES, SECTIONS};
 use rowscan_bus::pgn::tractor::{GROUND_SPEED, ground_speed_m_s};
 use rowscan_bus::{Bus, BusAddress, CanFrame, J1939Id, PortEvent};
 use rowscan_driver::{DriverConfig, DriverError, Scanner, Source};
@@ -204,7 +204,7 @@ impl Sprayer {
         }
     }
 
-    /// Sections 1 to 8 by `SectionDuty`; nozzles of others by `NozzleDuty`.
+    /// Sections 1 to 16 by `SectionDuty` and `MoreSectionDuty`; nozzles of others by `NozzleDuty`.
     async fn send(&self, duties: &[f64]) {
         for frame in frames(self.controller.boom(), duties) {
             self.bus.send((self.at, frame), None, Delivery::Patient).await;
@@ -215,25 +215,25 @@ impl Sprayer {
 /// The messages that tell a boom's sections these duties.
 fn frames(boom: &Boom, duties: &[f64]) -> Vec<CanFrame> {
     let percent = |section: usize| duties.get(section).map(|duty| duty * 100.0);
-    let mut sections = [None; SECTIONS];
-    for (place, number) in boom.numbers().enumerate() {
-        if let Some(section) = sections.get_mut(usize::from(number) - 1) {
-            *section = percent(place);
-        }
-    }
     let numbers: Vec<u16> = boom.numbers().collect();
+    let place = |number: usize| numbers.iter().position(|own| usize::from(*own) == number);
+    let of_sections = SECTION_DUTIES.iter().filter_map(|(first, message)| {
+        let own = usize::from(*first)..usize::from(*first) + SECTIONS;
+        let values: Vec<Option<f64>> = own.map(|number| percent(place(number)?)).collect();
+        values.iter().any(Option::is_some).then(|| {
+            let data = message.encode(&values);
+            CanFrame::new(message.id(ADDRESS).id(), data.bytes())
+        })
+    });
     let mut nozzles: Vec<[Option<f64>; NOZZLES]> = Vec::new();
     for nozzle in boom.nozzles() {
-        if numbers.get(nozzle.section).is_some_and(|number| usize::from(*number) > SECTIONS) {
+        let is_beyond = |number: &u16| usize::from(*number) > SECTION_DUTIES.len() * SECTIONS;
+        if numbers.get(nozzle.section).is_some_and(is_beyond) {
             let frame = nozzle.number / NOZZLES;
             nozzles.resize(nozzles.len().max(frame + 1), [None; NOZZLES]);
             nozzles[frame][nozzle.number % NOZZLES] = percent(nozzle.section);
         }
     }
-    let of_sections = sections.iter().any(Option::is_some).then(|| {
-        let data = SECTION_DUTY.encode(&sections);
-        CanFrame::new(SECTION_DUTY.id(ADDRESS).id(), data.bytes())
-    });
     let of_nozzles = nozzles.iter().enumerate().filter(|(_, duties)| duties.iter().any(Option::is_some)).map(
         |(frame, duties)| {
             let first = [Some((frame * NOZZLES) as f64)];
@@ -241,5 +241,5 @@ fn frames(boom: &Boom, duties: &[f64]) -> Vec<CanFrame> {
             CanFrame::new(NOZZLE_DUTY.id(ADDRESS).id(), NOZZLE_DUTY.encode(&values).bytes())
         },
     );
-    of_sections.into_iter().chain(of_nozzles).flatten().collect()
+    of_sections.chain(of_nozzles).flatten().collect()
 }

@@ -208,6 +208,29 @@ fn the_same_run_gives_the_same_valves_and_scores_to_the_byte() {
 }
 
 #[test]
+fn a_controller_that_speaks_lines_scores_as_over_can_and_its_errors_fail_alike() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let keep = |name: &str| folder.path().join(name);
+    let Some(by_lines) = verdicts("lines.toml", "none", &keep("lines")) else { return };
+    passes(&by_lines);
+    passes(&judged("row.toml", "none", &keep("can")));
+    let [lines, can] = ["lines", "can"].map(|name| score(&keep(name), 0));
+    for key in ["recall", "litres"] {
+        let [lines, can] = [&lines, &can].map(|told| told[key].as_f64().expect(key));
+        // Over CAN it also decides at each frame, between scans.
+        assert!((lines / can - 1.0).abs() < 0.005, "{key}: {lines} by lines, {can} over CAN");
+    }
+    for (fault, caught_by) in
+        [("no_compensation", "latency_error_m open"), ("reversed", "edges"), ("dead", "recall")]
+    {
+        let found = judged("lines.toml", fault, &keep(fault));
+        let is_caught =
+            found.iter().any(|(what, verdict, _)| what.contains(caught_by) && verdict == "failed");
+        assert!(is_caught, "{fault}: {found:?}");
+    }
+}
+
+#[test]
 fn the_reference_controller_passes_in_lockstep_and_is_told_beside_the_oracle() {
     let folder = tempfile::tempdir().expect("a folder");
     passes(&judged("reference.toml", "none", folder.path()));

@@ -1,10 +1,14 @@
 //! Ports of the bus: one file a kind. Frames in, frames out; nothing of what they mean.
 
 pub mod candump;
+pub mod dialect;
+pub mod lines;
+mod pty;
 pub mod slcan;
 pub mod socketcan;
 pub mod socketcand;
 pub mod socketcand_client;
+mod tcp;
 pub mod udp;
 
 use std::fmt;
@@ -82,13 +86,17 @@ impl PortListener {
 #[derive(Debug)]
 pub enum Link {
     /// A Lawicel adapter on a pseudo-terminal.
-    Slcan(Box<slcan::SlcanLink>),
+    Slcan(Box<pty::PtyLink<slcan::Adapter>>),
     /// A CAN interface.
     Socketcan(socketcan::SocketcanLink),
     /// A socketcand server.
-    Socketcand(socketcand::SocketcandLink),
+    Socketcand(tcp::TcpLink<socketcand::Conversation>),
     /// The bus of a socketcand server elsewhere.
     SocketcandClient(Box<socketcand_client::SocketcandClientLink>),
+    /// Lines of text on a pseudo-terminal.
+    Lines(Box<pty::PtyLink<lines::Lines>>),
+    /// Lines of text over TCP.
+    LinesTcp(tcp::TcpLink<lines::Lines>),
     /// UDP multicast.
     Udp(udp::UdpLink),
     /// A log file.
@@ -120,12 +128,14 @@ impl Link {
     /// Opens a port.
     pub(super) async fn open(address: &BusAddress) -> Result<Self, BusError> {
         Ok(match address {
-            BusAddress::Slcan(link) => Self::Slcan(Box::new(slcan::SlcanLink::open(link)?)),
+            BusAddress::Slcan(link) => Self::Slcan(Box::new(pty::PtyLink::open(link)?)),
             BusAddress::Socketcan(interface) => Self::Socketcan(socketcan::SocketcanLink::open(interface)?),
-            BusAddress::Socketcand(place) => Self::Socketcand(socketcand::SocketcandLink::open(place).await?),
+            BusAddress::Socketcand(place) => Self::Socketcand(tcp::TcpLink::open(place).await?),
             BusAddress::SocketcandClient { server, bus } => Self::SocketcandClient(Box::new(
                 socketcand_client::SocketcandClientLink::open(server, bus).await?,
             )),
+            BusAddress::Lines(link) => Self::Lines(Box::new(pty::PtyLink::open(link)?)),
+            BusAddress::LinesTcp(place) => Self::LinesTcp(tcp::TcpLink::open(place).await?),
             BusAddress::Udp(group) => Self::Udp(udp::UdpLink::open(*group)?),
             BusAddress::Candump(path) => Self::Candump(candump::CandumpLink::open(path)?),
         })
@@ -138,6 +148,8 @@ impl Link {
             Self::Socketcan(link) => link.run(queue, ear).await,
             Self::Socketcand(link) => link.run(queue, ear).await,
             Self::SocketcandClient(link) => link.run(queue, ear).await,
+            Self::Lines(link) => link.run(queue, ear).await,
+            Self::LinesTcp(link) => link.run(queue, ear).await,
             Self::Udp(link) => link.run(queue, ear).await,
             Self::Candump(link) => link.run(queue).await,
         }
@@ -145,16 +157,21 @@ impl Link {
 
     /// Whether frames can be heard there without anyone opening it first.
     pub fn is_open_from_the_start(&self) -> bool {
-        matches!(self, Self::Socketcan(_) | Self::SocketcandClient(_) | Self::Udp(_) | Self::Candump(_))
+        matches!(
+            self,
+            Self::Socketcan(_) | Self::SocketcandClient(_) | Self::Lines(_) | Self::Udp(_) | Self::Candump(_)
+        )
     }
 
     /// What its client has not read yet, where that can be told.
     pub(super) fn untaken(&self) -> Result<Option<Untaken>, BusError> {
         match self {
             Self::Slcan(link) => Ok(Some(link.untaken()?)),
+            Self::Lines(link) => Ok(Some(link.untaken()?)),
             Self::Socketcan(_)
             | Self::Socketcand(_)
             | Self::SocketcandClient(_)
+            | Self::LinesTcp(_)
             | Self::Udp(_)
             | Self::Candump(_) => Ok(None),
         }
@@ -167,6 +184,8 @@ impl Link {
             Self::Socketcan(_) => "socketcan",
             Self::Socketcand(_) => "socketcand",
             Self::SocketcandClient(_) => "socketcand-client",
+            Self::Lines(_) => "lines",
+            Self::LinesTcp(_) => "lines-tcp",
             Self::Udp(_) => "udp",
             Self::Candump(_) => "candump",
         }
@@ -179,6 +198,8 @@ impl Link {
             Self::Socketcan(link) => Found::Name(link.interface().to_owned()),
             Self::Socketcand(link) => Found::Address(link.address()),
             Self::SocketcandClient(link) => Found::Address(link.address()),
+            Self::Lines(link) => Found::Path(link.path().to_owned()),
+            Self::LinesTcp(link) => Found::Address(link.address()),
             Self::Udp(link) => Found::Address(link.group()),
             Self::Candump(link) => Found::Path(link.path().to_owned()),
         }

@@ -1,22 +1,17 @@
-//! A Lawicel adapter (CAN232, CANUSB and their like) on a pseudo-terminal: what python-can's `slcan` and Linux's `slcand` speak.
+//! A Lawicel adapter (CAN232, CANUSB and their like): what python-can's `slcan` and Linux's `slcand` speak.
 
 use std::io::Write as _;
-use std::path::Path;
 
 use rowscan_protocol::can;
 use rowscan_protocol::time::SimTime;
-use tokio::io::{AsyncReadExt, AsyncWriteExt, split};
-use tokio::sync::mpsc;
 
 mod acceptance;
 
 use self::acceptance::Acceptance;
-use super::{BusError, PortListener};
+use super::dialect::Dialect;
 use crate::error_frame::ErrorFrame;
-use crate::port_event::BusLoss;
-use crate::port_event::{Outgoing, OutgoingFrame, PortEvent};
+use crate::port_event::{BusLoss, PortEvent};
 use crate::{CanFrame, CanId};
-use rowscan_ports::{Pty, Untaken};
 
 /// No command is longer: a 29-bit frame with eight bytes and a time stamp.
 const LONGEST: usize = 32;
@@ -96,21 +91,6 @@ impl Adapter {
             let _ = write!(out, "{:04X}", at.0 / 1_000_000 % 60_000);
         }
         out.push(b'\r');
-    }
-
-    /// The controller tells of an error: the host reads it with `F`.
-    pub fn error(&mut self, error: &ErrorFrame) {
-        self.errors = match error.is_off() {
-            Some(true) => BUS_OFF,
-            Some(false) => 0,
-            None => match error.state() {
-                Some(state) => {
-                    let bit = |on: bool, bit: u8| if on { bit } else { 0 };
-                    bit(state.warns, WARNING) | bit(state.is_passive, PASSIVE)
-                }
-                None => self.errors | BUS_ERROR,
-            },
-        };
     }
 
     /// One command; `None` if it is refused.
@@ -205,62 +185,30 @@ fn parse_frame(name: u8, rest: &[u8]) -> Option<CanFrame> {
     CanFrame::new(id, &data).filter(|frame| frame.len() == len)
 }
 
-/// An adapter on a pseudo-terminal.
-#[derive(Debug)]
-pub struct SlcanLink {
-    pty: Pty,
-    adapter: Adapter,
-}
+impl Dialect for Adapter {
+    const SERVER: &'static str = "an slcan adapter";
 
-impl SlcanLink {
-    pub(super) fn open(link: &Path) -> Result<Self, BusError> {
-        Ok(Self { pty: Pty::open(link)?, adapter: Adapter::default() })
+    fn take(&mut self, bytes: &[u8], answers: &mut Vec<u8>, heard: &mut Vec<PortEvent>) {
+        self.handle_bytes(bytes, answers, heard);
     }
 
-    pub(super) fn path(&self) -> &Path {
-        self.pty.path()
+    fn tell(&self, at: SimTime, frame: &CanFrame, out: &mut Vec<u8>) {
+        self.frame(at, frame, out);
     }
 
-    pub(super) fn untaken(&self) -> Result<Untaken, BusError> {
-        Ok(self.pty.untaken()?)
-    }
-
-    pub(super) async fn run(self, mut queue: mpsc::Receiver<OutgoingFrame>, ear: PortListener) {
-        let Self { pty, mut adapter } = self;
-        let (mut reader, mut writer) = split(pty);
-        let (mut bytes, mut answers, mut heard) = ([0; 512], Vec::new(), Vec::new());
-        let mut pending = Vec::new();
-        loop {
-            tokio::select! {
-                read = reader.read(&mut bytes) => match read {
-                    Ok(0) | Err(_) => return,
-                    Ok(count) => {
-                        adapter.handle_bytes(bytes.get(..count).unwrap_or_default(), &mut answers, &mut heard);
-                    }
-                },
-                frame = queue.recv() => {
-                    // What has gathered meanwhile goes in the same write.
-                    let mut next = frame;
-                    while let Some(OutgoingFrame { at, what, pending: written, .. }) = next {
-                        match what {
-                            Outgoing::Frame(frame) => adapter.frame(at, &frame, &mut answers),
-                            Outgoing::Error(error) => adapter.error(&error),
-                        }
-                        pending.push(written);
-                        next = if answers.len() < 4096 { queue.try_recv().ok() } else { None };
-                    }
-                    if pending.is_empty() { return }
+    /// The host reads it with `F`.
+    fn error(&mut self, error: &ErrorFrame) {
+        self.errors = match error.is_off() {
+            Some(true) => BUS_OFF,
+            Some(false) => 0,
+            None => match error.state() {
+                Some(state) => {
+                    let bit = |on: bool, bit: u8| if on { bit } else { 0 };
+                    bit(state.warns, WARNING) | bit(state.is_passive, PASSIVE)
                 }
-            }
-            if writer.write_all(&answers).await.is_err() {
-                return;
-            }
-            answers.clear();
-            pending.clear();
-            for heard in heard.drain(..) {
-                ear.hear(heard).await;
-            }
-        }
+                None => self.errors | BUS_ERROR,
+            },
+        };
     }
 }
 

@@ -1,29 +1,14 @@
 //! A socketcand server: CAN over TCP in angle brackets, raw mode. What python-can's `socketcand` speaks.
 
 use std::fmt::Write as _;
-use std::net::SocketAddr;
 use std::time::Duration;
 
-use rowscan_ports::clock::{Stopwatch, rest};
-use rowscan_ports::in_flight::Pending;
-use rowscan_ports::task;
-use rowscan_ports::{Tally, acknowledge_at_once, keep_alive};
 use rowscan_protocol::time::SimTime;
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::mpsc;
-use tokio::task::JoinSet;
 
-use super::{BusError, PortListener};
-use crate::port_event::{OutgoingFrame, PortEvent};
+use super::dialect::Dialect;
+use crate::port_event::PortEvent;
 use crate::{CanFrame, CanId};
 
-/// Clients served at once.
-const MAX_CLIENTS: usize = 16;
-/// Frames a client may be behind before it loses some.
-const QUEUE: usize = 4096;
-/// How long a client that has opened the bus gets no frames, host time.
-const QUIET: Duration = Duration::from_millis(50);
 /// No element is longer.
 const LONGEST: usize = 128;
 
@@ -115,104 +100,23 @@ fn sent<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<CanFrame> {
     CanFrame::new(id, &data).filter(|frame| frame.len() == len)
 }
 
-/// A listening server.
-#[derive(Debug)]
-pub struct SocketcandLink {
-    listener: TcpListener,
-    address: SocketAddr,
-}
-
-impl SocketcandLink {
-    pub(super) async fn open(place: &str) -> Result<Self, BusError> {
-        let failed =
-            |cause| BusError::Network { what: "a socketcand server", address: place.to_owned(), cause };
-        let listener = TcpListener::bind(place).await.map_err(failed)?;
-        let address = listener.local_addr().map_err(failed)?;
-        Ok(Self { listener, address })
-    }
-
-    pub(super) fn address(&self) -> SocketAddr {
-        self.address
-    }
-
-    pub(super) async fn run(self, mut queue: mpsc::Receiver<OutgoingFrame>, ear: PortListener) {
-        let mut clients: Vec<(u64, mpsc::Sender<OutgoingFrame>)> = Vec::new();
-        let mut numbers = 0..u64::MAX;
-        let (mut tasks, refused) = (JoinSet::new(), Tally::default());
-        loop {
-            tokio::select! {
-                accepted = self.listener.accept() => {
-                    clients.retain(|(_, client)| !client.is_closed());
-                    match accepted {
-                        Ok((stream, _)) if clients.len() < MAX_CLIENTS => {
-                            let (outbox, queue) = mpsc::channel(QUEUE);
-                            let number = numbers.next().unwrap_or_default();
-                            clients.push((number, outbox));
-                            tasks.spawn(task(serve(stream, queue, ear.of_client(number))));
-                        }
-                        Ok((_, client)) => {
-                            if let Some(so_far) = refused.count() {
-                                tracing::warn!("{client} is refused: {MAX_CLIENTS} clients are on the CAN bus already ({so_far} so far)");
-                            }
-                        }
-                        Err(_) => rowscan_ports::clock::retry_pause().await,
-                    }
-                }
-                frame = queue.recv() => {
-                    let Some(outgoing) = frame else { return };
-                    // A client that is behind loses frames, alone, and holds nobody up.
-                    clients.retain(|(number, client)| {
-                        outgoing.said_by == Some(*number)
-                            || !matches!(client.try_send(outgoing.clone()), Err(mpsc::error::TrySendError::Closed(_)))
-                    });
-                }
-                Some(_) = tasks.join_next() => {}
-            }
-        }
-    }
-}
-
-async fn serve(mut stream: TcpStream, mut queue: mpsc::Receiver<OutgoingFrame>, ear: PortListener) {
-    let _ = keep_alive(&stream);
-    let (mut reader, mut writer) = stream.split();
-    let mut conversation = Conversation::default();
-    let (mut bytes, mut answers, mut heard) = ([0; 512], String::from(Conversation::GREETING), Vec::new());
-    // The frame in `answers`, until it is written.
-    let mut written: Option<Pending> = None;
+impl Dialect for Conversation {
+    const SERVER: &'static str = "a socketcand server";
+    const GREETING: &'static str = Self::GREETING;
     // python-can takes whatever comes with the answer to its opening for a part of it: frames for it wait a moment, and its own do not.
-    let mut opened: Option<Stopwatch> = None;
-    loop {
-        if writer.write_all(answers.as_bytes()).await.is_err() {
-            return;
-        }
-        answers.clear();
-        drop(written.take());
-        for heard in heard.drain(..) {
-            if heard == PortEvent::Opened {
-                opened = Some(Stopwatch::start());
-            }
-            ear.hear(heard).await;
-        }
-        let quiet = opened.map_or(Duration::ZERO, |opened| QUIET.saturating_sub(opened.elapsed()));
-        tokio::select! {
-            read = reader.read(&mut bytes) => match read {
-                Ok(0) | Err(_) => return,
-                Ok(count) => {
-                    let _ = acknowledge_at_once(reader.as_ref());
-                    let bytes = bytes.get(..count).unwrap_or_default();
-                    conversation.handle_bytes(bytes, &mut answers, &mut heard);
-                }
-            },
-            () = rest(quiet), if !quiet.is_zero() => {}
-            frame = queue.recv(), if quiet.is_zero() => {
-                let Some(OutgoingFrame { at, what, pending, .. }) = frame else { return };
-                written = Some(pending);
-                // A server tells errors only if it was started to (`-e`).
-                if let Some(frame) = what.frame() {
-                    conversation.frame(at, frame, &mut answers);
-                }
-            }
-        }
+    const QUIET: Duration = Duration::from_millis(50);
+
+    fn take(&mut self, bytes: &[u8], answers: &mut Vec<u8>, heard: &mut Vec<PortEvent>) {
+        let mut text = String::new();
+        self.handle_bytes(bytes, &mut text, heard);
+        answers.extend_from_slice(text.as_bytes());
+    }
+
+    /// A server tells errors only if it was started to (`-e`): frames are all.
+    fn tell(&self, at: SimTime, frame: &CanFrame, out: &mut Vec<u8>) {
+        let mut text = String::new();
+        self.frame(at, frame, &mut text);
+        out.extend_from_slice(text.as_bytes());
     }
 }
 

@@ -28,6 +28,7 @@ pub const MESSAGES: &[&Message] = &[
     &canopy::LEAF_STATUS,
     &sprayer::NOZZLE_DUTY,
     &sprayer::SECTION_DUTY,
+    &sprayer::MORE_SECTION_DUTY,
     &sprayer::SPRAYER_CONTROL,
     &sprayer::SECTION_STATES,
     &sprayer::MORE_SECTION_STATES,

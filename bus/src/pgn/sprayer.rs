@@ -8,6 +8,8 @@ const STATES_MS: u32 = 100;
 
 /// Nozzles that one frame is about.
 pub const NOZZLES: usize = 7;
+/// The last nozzle that a frame can be about.
+pub const LAST_NOZZLE: usize = 250;
 
 const DUTY: Signal = Signal::new("Duty", 8, 8, 0.4, "%");
 
@@ -69,10 +71,33 @@ pub const SECTION_DUTY: Message = Message {
     ],
 };
 
-/// Which sections a [`SECTION_DUTY`] sets, numbered from 1, each with its duty, 0 to 1.
-pub fn section_duties(data: &[u8]) -> impl Iterator<Item = (u16, f64)> + use<> {
-    let values = SECTION_DUTY.decode(data).into_iter();
-    (1..).zip(values).filter_map(|(number, percent)| Some((number, percent? / 100.0)))
+/// The same of sections 9 to 16.
+pub const MORE_SECTION_DUTY: Message = Message {
+    name: "MoreSectionDuty",
+    pgn: 65_307,
+    about: "the same of sections 9 to 16 (proprietary B)",
+    signals: &[
+        Signal { name: "Section9", ..SECTION },
+        Signal { name: "Section10", start: 8, ..SECTION },
+        Signal { name: "Section11", start: 16, ..SECTION },
+        Signal { name: "Section12", start: 24, ..SECTION },
+        Signal { name: "Section13", start: 32, ..SECTION },
+        Signal { name: "Section14", start: 40, ..SECTION },
+        Signal { name: "Section15", start: 48, ..SECTION },
+        Signal { name: "Section16", start: 56, ..SECTION },
+    ],
+    ..SECTION_DUTY
+};
+
+/// The messages that set sections, each with the number of the first one.
+pub const SECTION_DUTIES: [(u16, &Message); 2] = [(1, &SECTION_DUTY), (9, &MORE_SECTION_DUTY)];
+
+/// Which sections a message with this parameter group number sets, each with its duty, 0 to 1; none where it sets none.
+pub fn section_duties(pgn: u32, data: &[u8]) -> impl Iterator<Item = (u16, f64)> + use<> {
+    let setter = SECTION_DUTIES.iter().find(|(_, message)| message.pgn == pgn);
+    let values = setter.map_or_else(Vec::new, |(_, message)| message.decode(data));
+    let first = setter.map_or(1, |(first, _)| *first);
+    (first..).zip(values).filter_map(|(number, percent)| Some((number, percent? / 100.0)))
 }
 
 /// What a controller tells beside duties: where the regulating valve shall go, and how much it believes it has sprayed.
@@ -192,9 +217,12 @@ mod tests {
 
     #[test]
     fn sections_count_from_one_and_255_leaves_one_as_it_is() {
-        let found: Vec<(u16, f64)> = section_duties(&[250, 0, 255, 125, 254, 255, 255, 25]).collect();
-        assert_eq!(found, [(1, 1.0), (2, 0.0), (4, 0.5), (8, 0.1)]);
-        assert_eq!(section_duties(&[250]).collect::<Vec<_>>(), [(1, 1.0)]);
+        let found = |pgn, data: &[u8]| section_duties(pgn, data).collect::<Vec<(u16, f64)>>();
+        let data = [250, 0, 255, 125, 254, 255, 255, 25];
+        assert_eq!(found(65_300, &data), [(1, 1.0), (2, 0.0), (4, 0.5), (8, 0.1)]);
+        assert_eq!(found(65_307, &data), [(9, 1.0), (10, 0.0), (12, 0.5), (16, 0.1)]);
+        assert_eq!(found(65_303, &data), [], "states are no commands");
+        assert_eq!(found(65_300, &[250]), [(1, 1.0)]);
         // The bytes of a frame, as another controller would send them.
         let data = SECTION_DUTY.encode(&[Some(100.0), None, Some(62.0)]);
         assert_eq!(data.bytes(), [250, 255, 155, 255, 255, 255, 255, 255]);

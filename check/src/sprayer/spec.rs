@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rowscan_bus::field::Field;
 use rowscan_bus::pgn::sprayer::{
-    NOZZLE_DUTY, SECTION_DUTY, SPRAYER_CONTROL, nozzle_duties, section_duties, sprayer_control,
+    NOZZLE_DUTY, SPRAYER_CONTROL, nozzle_duties, section_duties, sprayer_control,
 };
 use rowscan_bus::{CanId, J1939Id};
 use rowscan_sprayer::{Boom, Target};
@@ -25,7 +25,7 @@ pub(crate) struct SprayerTable {
     /// The file that describes the boom, from this file; docs/sprayer.md has its keys.
     #[schemars(example = &"boom.toml")]
     pub(crate) boom: String,
-    /// The bus on which its commands are heard: `NozzleDuty`, `SectionDuty` and `SprayerControl` of docs/rowscan.dbc.
+    /// The bus on which its commands are heard: `NozzleDuty`, `SectionDuty`, `MoreSectionDuty` and `SprayerControl` of docs/rowscan.dbc.
     #[schemars(example = &"can0")]
     pub(crate) bus: Option<String>,
     /// Signals of a DBC file that are its commands in their place, `{n}` for the section's number: a duty in %, or 0 and 1.
@@ -194,10 +194,10 @@ fn ours(id: CanId, bytes: &[u8]) -> Vec<(Target, f64)> {
         Some(pgn) if pgn == NOZZLE_DUTY.pgn => {
             nozzle_duties(bytes).map(|(number, duty)| (Target::Nozzle(number.into()), duty)).collect()
         }
-        Some(pgn) if pgn == SECTION_DUTY.pgn => {
-            section_duties(bytes).map(|(number, duty)| (Target::Section(number), duty)).collect()
+        Some(pgn) => {
+            section_duties(pgn, bytes).map(|(number, duty)| (Target::Section(number), duty)).collect()
         }
-        _ => Vec::new(),
+        None => Vec::new(),
     }
 }
 
@@ -217,6 +217,8 @@ fn duty(field: &Field, bytes: &[u8]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::expect_used, reason = "a test fails by panicking")]
+
+    use rowscan_bus::pgn::sprayer::{MORE_SECTION_DUTY, SECTION_DUTY};
 
     use super::*;
 
@@ -248,6 +250,8 @@ mod tests {
         assert_eq!(nozzles, [(Target::Nozzle(3), 1.0), (Target::Nozzle(5), 0.0)]);
         let sections = spec.commands(SECTION_DUTY.id(0x99).id(), &[255, 125, 255, 255, 255, 255, 255, 250]);
         assert_eq!(sections, [(Target::Section(2), 0.5), (Target::Section(8), 1.0)]);
+        let more = spec.commands(MORE_SECTION_DUTY.id(0x99).id(), &[255, 0, 255, 255, 255, 255, 255, 250]);
+        assert_eq!(more, [(Target::Section(10), 0.0), (Target::Section(16), 1.0)]);
         assert_eq!(spec.commands(CanId::Extended(0x18FE_4980), &[0; 8]), []);
     }
 

@@ -5,6 +5,7 @@
 //! (`timed_frames.rs`): the file's, or where that stands still, that of the scans' own rate.
 
 mod compact;
+mod compact_device;
 mod lms2xx_device;
 mod playback;
 mod playhead;
@@ -21,7 +22,8 @@ use rowscan_protocol::device::{Device, Identity};
 use rowscan_protocol::model::{self, Model};
 use rowscan_recording::ReadError;
 
-pub use compact::{CompactPart, compact_device_of, compact_model_of};
+pub use compact::CompactPart;
+pub use compact_device::{compact_device_of, compact_model_of};
 pub use lms2xx_device::{lms2xx_device_of, lms2xx_model_of};
 pub(crate) use playback::PlaybackEvent;
 pub use playback::{Playback, Played};

@@ -11,7 +11,7 @@ use crate::workspace::Workspace;
 /// Runs of each.
 const RUNS: usize = 10;
 /// Scenarios, by what makes their commands.
-const SCENARIOS: &[&str] = &["row", "reference"];
+const SCENARIOS: &[&str] = &["row", "reference", "lines", "isobus"];
 
 /// Runs them; the Python controller is skipped visibly where there is no Python.
 pub fn run(workspace: &Workspace) -> Outcome {
