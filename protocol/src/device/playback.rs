@@ -157,6 +157,7 @@ impl Settings {
         let filter = model.echoes == 1
             || self.echo_filter == other.echo_filter
             || (other.echo_filter, self.echo_filter) == (fr_echo_filter::ALL, fr_echo_filter::FIRST);
+        let layers = self.layers == other.layers;
         let remission =
             asked.remission == 0 || (asked.remission, asked.resolution) == (sent.remission, sent.resolution);
         let encoders = asked.encoders.0 & !sent.encoders.0 == 0
@@ -186,6 +187,7 @@ impl Settings {
         self.mode == other.mode
             && echoes
             && filter
+            && layers
             && remission
             && encoders
             && blocks.iter().all(|(asked, sent)| !asked || *sent)

@@ -83,6 +83,7 @@ pub(super) static PICOSCAN150: Model = Model {
         "TSCTCmaxoffset",
         "TSCTCdelay",
         "mLMPsetscancfg",
+        "ScanLayerFilter",
     ],
     encoders: 0,
     times: Times { first_scan: Duration::from_millis(280), ..LMS1XX.times },

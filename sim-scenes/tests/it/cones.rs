@@ -133,7 +133,7 @@ fn cloud() -> Vec<Leaf> {
         let at = |a: f64, b: f64| std::array::from_fn(|i| middle[i] + 0.04 * (a * u[i] + b * v[i]));
         Leaf::new(vec![at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)]).unwrap()
     };
-    (0..1500).map(leaf).collect()
+    (0..5000).map(leaf).collect()
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn leaves_are_those_that_rays_of_the_true_cone_meet() {
                 );
             }
         }
-        assert!(hits > 60, "{elevation_deg}: {hits} leaves");
+        assert!(hits > 40, "{elevation_deg}: {hits} leaves");
         // A beam that passes an edge within 0.3 mm a metre may be on its other side.
         assert!(same >= 785, "{elevation_deg}: {same} of 800");
     }
