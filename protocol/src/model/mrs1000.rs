@@ -64,14 +64,14 @@ pub(super) static MRS1000: Model = Model {
         "InertialMeasurementUnit: sFA F, as recorded of the MRS1104; `decode` reads the event of one that has it",
         "angle table ANGL1 (bit 1 of the remission in LMDscandatacfg, from firmware 2.2 on): sFA 4",
         "mean, median and particle filters, fog filter, encoder, evaluation fields: sFA 3; whether real ones have them was not found out",
-        "the page and Foxglove show the lines of layer 0 alone",
+        "the estimate is of the level layer, code 0; the other three are counted and left out (`other_layer`). The page and Foxglove show the lines of that layer alone",
     ],
     evidence: &[
         "recorded MRS1104, 1.0.0.0R: order and codes of layers, angles, shots, measurement frequency (that of one layer), device number 0, times, identity texts, replies without blank, LMPoutputRange beyond the field refused with 4, period 19901 µs with a standard deviation of 386 (39 periods; every second is longer, which the `field` profile repeats without knowing which layer it is)",
         "elevation −code/100°, upwards positive: a public client's signs and SICK's names of its layers (−2.5°, 0°, +2.5°, +5°); not verified on a scene",
         "one layer a turn of a mirror of 50 Hz: assumed from the times of telegrams; each layer's beams then take 15 ms",
         "ScanLayerFilter: order 1 to 4 taken as −2.5°, 0°, +2.5°, +5°, as the layers' colours are numbered; which firmware has it, and what a mask without a layer does (here sFA 4), is not known",
-        "optics: no public measurement of the spot was at hand; an LMS1xx's numbers stand for it (assumed). No calibration ships: estimates with an LMS's or a picoScan's are withheld",
+        "optics: no public measurement of the spot was at hand; an LMS1xx's numbers stand for it (assumed). No calibration ships: leaf areas are the raw contact frequency and say so (`uncalibrated`), impacted area gives none",
         "nearest and farthest range, type code, order number, outputs, boot, spin-up and save times: not verified",
     ],
     ..LMS1XX
