@@ -49,9 +49,9 @@ impl Source {
         }
     }
 
-    pub(crate) fn prepare(&mut self, at: SimTime) {
+    pub(crate) fn prepare(&mut self, at: SimTime, hurries: bool) {
         if let Self::Mirror(mirror) = self {
-            mirror.prepare(at);
+            mirror.prepare(at, hurries);
         }
     }
 

@@ -350,9 +350,11 @@ impl Timeline {
     }
 
     fn prepare(&mut self, at: SimTime) {
+        // A step that was granted waits for the host: nothing of it is left out.
+        let hurries = self.steps.granted().is_none();
         for source in &mut self.sources {
             if source.next() == Some(at) {
-                source.prepare(at);
+                source.prepare(at, hurries);
             }
         }
     }
