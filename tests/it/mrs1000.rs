@@ -34,6 +34,7 @@ fn points_on_leaves(
     offline.set_up(ColaConfig::default()).expect("it takes it");
     let mut placing = Placing::new(Some(stage.rig.clone()), 0, Some(0));
     let period_m = stage.orchard.length_m();
+    let trees: Vec<_> = stage.orchard.trees().collect();
     let (mut found, mut scan) = (BTreeMap::<i16, (u32, u32)>::new(), Scan::default());
     for _ in 0..40 {
         if !offline.scan_into(&mut scan).expect("sound") {
@@ -50,7 +51,7 @@ fn points_on_leaves(
             }
             *all += 1;
             let point = placing.place(&line, beam, range_m);
-            let leaf = &stage.orchard.trees()[met.tree as usize].leaves[met.organ as usize];
+            let leaf = &trees[met.tree as usize].leaves[met.organ as usize];
             let within = |axis: usize, shift_m: f64| {
                 let at = |corner: &[f64; 3]| corner[axis] + shift_m;
                 let low = leaf.outline().iter().map(at).fold(f64::INFINITY, f64::min);
