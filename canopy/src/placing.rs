@@ -2,7 +2,7 @@
 
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Rig, RowSide};
-use rowscan_protocol::scan::Scan;
+use rowscan_protocol::scan::{Scan, elevation_deg};
 use rowscan_protocol::time::DeviceClock;
 
 /// Where a scanner sits, and how far it has come.
@@ -42,7 +42,7 @@ impl Placing {
 
     /// How the beams of a scan lie; time counts from the first scan that is asked about.
     pub fn line(&mut self, scan: &Scan) -> PlacedLine {
-        let layer_deg = f64::from(scan.layer_centideg) / 100.0;
+        let layer_deg = elevation_deg(scan.layer_centideg);
         let time_s = self.clock.seconds(scan.scan_time_us);
         PlacedLine::new(time_s, scan.scan_frequency_hz, scan.beams, layer_deg)
     }

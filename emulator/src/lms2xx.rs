@@ -447,8 +447,13 @@ pub(crate) fn look(
 ) {
     for turn in sweep.turns() {
         let beams = device.turn_beams(turn);
-        let mirror =
-            Mirror { frequency_centihz: TURNS_PER_SECOND * 100, period_ppm: 0, beams, suppresses_fog: false };
+        let mirror = Mirror {
+            frequency_centihz: TURNS_PER_SECOND * 100,
+            period_ppm: 0,
+            beams,
+            suppresses_fog: false,
+            layer_centideg: 0,
+        };
         world.look(mirror, Sweep::turn_at(turn));
         each(world);
         let echo = world.echo();

@@ -58,7 +58,7 @@ mod tests {
 
     fn mirror(frequency_centihz: u32) -> Mirror {
         let beams = BeamGrid::spanning(-450_000, 2_250_000, 5000);
-        Mirror { frequency_centihz, period_ppm: 0, beams, suppresses_fog: false }
+        Mirror { frequency_centihz, period_ppm: 0, beams, suppresses_fog: false, layer_centideg: 0 }
     }
 
     #[test]

@@ -6,10 +6,10 @@ use std::time::Duration;
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::device::{MeasuredEcho, MeasuredLine, Mirror};
 use rowscan_protocol::rig::{Attitude, Axes, Mount, Rig, RowSide};
-use rowscan_protocol::scan::Pose;
+use rowscan_protocol::scan::{Pose, elevation_deg};
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::optics::{self, Eye, RangeLimits};
-use rowscan_scenes::{BeamFan, Caster, Lean, Orchard, Return, Scratch, Wind};
+use rowscan_scenes::{BeamFan, Caster, Cone, Lean, Orchard, Return, Scratch, Wind};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::encoder::Encoder;
 use rowscan_vehicle::trajectory::{Alley, Course};
@@ -30,6 +30,8 @@ pub struct ScannerView {
     wind: (Wind, u64),
     limits: RangeLimits,
     fan: BeamFan,
+    /// The fan's beams where the layer is inclined.
+    cone: Cone,
     returns: Vec<Return>,
     scratch: Scratch,
     /// The device's eye; without it, the ideal scanner's.
@@ -64,6 +66,8 @@ struct Viewpoint {
     tilt_rad: f64,
     /// The scan plane's axes where that leans; the tilt is in them.
     axes: Option<Axes>,
+    /// How far the beams of its layer leave that plane along +Y, radians.
+    bend_rad: f64,
     /// Nanoseconds since the tractor began to drive: the key of the eye's random numbers. 0 without an eye.
     moment: u64,
     /// How often nozzles have been told otherwise; 0 without an eye.
@@ -108,6 +112,7 @@ impl ScannerView {
             wind: (Wind::default(), 0),
             limits,
             fan: BeamFan::from_degrees(0.0, 0.0, 0),
+            cone: Cone::new(&BeamFan::from_degrees(0.0, 0.0, 0), 0.0),
             returns: Vec::new(),
             scratch: Scratch::default(),
             eye: None,
@@ -149,9 +154,13 @@ impl ScannerView {
             self.returns.resize(mirror.beams.len(), Return::MISS);
         }
         self.fan.lean(view.axes);
-        let turned = self.seen.is_none_or(|seen| stale(seen) || seen.1.axes != view.axes);
+        let other = |(_, from): (Mirror, Viewpoint)| (from.axes, from.bend_rad) != (view.axes, view.bend_rad);
+        let turned = self.seen.is_none_or(|seen| stale(seen) || other(seen));
         if let Some(eye) = self.eye.as_mut().filter(|_| turned) {
+            eye.elevate(view.bend_rad);
             eye.turn_to(&self.fan, view.towards_x);
+        } else if turned && view.bend_rad != 0.0 {
+            self.cone = Cone::new(&self.fan, view.bend_rad);
         }
         self.fan.advance(view.advance_m);
         let caster = if view.headland { &self.headland } else { &*self.caster };
@@ -168,7 +177,12 @@ impl ScannerView {
                 *met = eye.beam(beam).first().map_or(Return::MISS, |echo| echo.met);
             }
         } else {
-            caster.cast(view.pose, &self.fan, &mut self.scratch, &mut self.returns);
+            let Self { scratch, returns, .. } = self;
+            if view.bend_rad == 0.0 {
+                caster.cast(view.pose, &self.fan, scratch, returns);
+            } else {
+                self.cone.cast(caster, (view.pose, 0.0), view.advance_m, scratch, returns);
+            }
             for echo in &mut self.echoes {
                 optics::measure(&self.returns, self.limits, &mut echo.range_mm, &mut echo.remission);
             }
@@ -203,13 +217,18 @@ impl ScannerView {
         let y_m = motion.place.y_m + right * (self.mount.offset_y_m - z_m * pitch);
         let z_m = z_m + motion.up_m + self.mount.offset_y_m * pitch;
         let (tilt_rad, axes) = self.attitude(motion.roll_rad, motion.pitch_rad, right, to_row);
+        // What looks ahead looks to smaller Y on the way back.
+        let bend_rad = match elevation_deg(mirror.layer_centideg) {
+            0.0 => 0.0,
+            elevation_deg => right * self.mount.roof_sense() * elevation_deg.to_radians(),
+        };
         let lean = self.lean(y_m, at);
         let (pose, tilt_rad) = (before_trees(Pose { x_m, y_m, z_m }, row_m, lean), tilt_rad + lean.across);
         let along_y_m = if alley.backwards { -swept_m } else { swept_m };
         let advance_m = if beams > 0.0 { along_y_m / beams } else { 0.0 };
         let moment = self.moment(at);
         let nozzle_changes = if self.eye.is_some() { self.tractor.nozzle_changes(at) } else { 0 };
-        Viewpoint { pose, towards_x, advance_m, headland, tilt_rad, axes, moment, nozzle_changes }
+        Viewpoint { pose, towards_x, advance_m, headland, tilt_rad, axes, bend_rad, moment, nozzle_changes }
     }
 
     /// How the trees abreast lean in the wind; those behind them are taken to lean alike.
@@ -281,9 +300,10 @@ impl ScannerView {
         MeasuredLine { grid, echoes: &self.echoes }
     }
 
-    /// Where the beams of the line last cast went out, and which they are; none before the first.
+    /// Where the beams of the line last cast went out, and which they are; none before the first, and none of an inclined layer, whose beams lie in
+    /// no plane.
     pub fn sight(&self) -> Option<(BeamGrid, Sight)> {
-        let (mirror, view) = self.seen?;
+        let (mirror, view) = self.seen.filter(|(_, view)| view.bend_rad == 0.0)?;
         let axes = view.axes.unwrap_or(Axes::LEVEL);
         let (first_rad, step_rad) = (self.fan.theta_rad(0), self.fan.step_rad());
         Some((

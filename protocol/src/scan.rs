@@ -12,6 +12,14 @@ pub const NO_ECHO: f64 = f64::INFINITY;
 /// The range of a beam whose receiver was dazzled: not a number, for what it met is not known. Ask with `is_nan`.
 pub const DAZZLED: f64 = f64::NAN;
 
+/// Elevation of the layer with this code (1/100°), degrees: above the horizontal plane of the device, towards its roof.
+///
+/// An MRS1000 counts downwards: its layers 250, 0, −250, −500 are SICK's "−2.5°, 0°, +2.5°, +5°". Signs of a public client; not verified on a scene.
+pub fn elevation_deg(layer_centideg: i16) -> f64 {
+    // Not −0.
+    0.0 - f64::from(layer_centideg) / 100.0
+}
+
 /// One mirror turn as a device reported it.
 ///
 /// `echoes[0]` is the first echo; every echo has one range a beam, [`NO_ECHO`] where the beam met nothing, [`DAZZLED`] where that is not known.
@@ -21,7 +29,7 @@ pub struct Scan {
     pub serial_number: u32,
     /// What the device says of itself.
     pub status: DeviceStatus,
-    /// Angle of the layer above the horizontal plane of the device, 1/100°; 0 on scanners with one layer.
+    /// The layer as the telegram names it, 1/100°: [`elevation_deg`] says where it is. 0 on scanners with one layer.
     pub layer_centideg: i16,
     /// Counts telegrams; wraps, and keeps running over restarts of the measurement.
     pub telegram_counter: u16,

@@ -4,7 +4,7 @@
 //! about four times the size, which is why it can be left out; the raw bytes hold everything.
 
 use rowscan_protocol::can::CanFrame;
-use rowscan_protocol::scan::Scan;
+use rowscan_protocol::scan::{Scan, elevation_deg};
 use serde_json::{Value, json};
 
 pub use crate::fix::Fix;
@@ -57,7 +57,7 @@ pub fn laser_scan(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
 /// Every echo that came back: x, y, z and remission, packed as 32-bit floats.
 pub fn point_cloud(at_ns: u64, frame: &str, scan: &Scan) -> Vec<u8> {
     let mut data = Vec::new();
-    let (up, ahead) = (f64::from(scan.layer_centideg) / 100.0).to_radians().sin_cos();
+    let (up, ahead) = elevation_deg(scan.layer_centideg).to_radians().sin_cos();
     for echo in &scan.echoes {
         for (beam, range_m) in echo.range_m.iter().enumerate().filter(|(_, range_m)| range_m.is_finite()) {
             let (sin, cos) = scan.beams.angle_deg(beam).to_radians().sin_cos();
@@ -126,7 +126,7 @@ pub fn timestamp(at_ns: u64) -> Value {
 
 /// The plane of a layer: turned up about the axis to the right, so that it is exact straight ahead. The points lie on a cone.
 fn tilted(layer_centideg: i16) -> Value {
-    let (sin, cos) = (f64::from(layer_centideg) / 200.0).to_radians().sin_cos();
+    let (sin, cos) = (elevation_deg(layer_centideg) / 2.0).to_radians().sin_cos();
     json!({
         "position": { "x": 0.0, "y": 0.0, "z": 0.0 },
         "orientation": { "x": sin, "y": 0.0, "z": 0.0, "w": cos },

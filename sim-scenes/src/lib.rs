@@ -67,7 +67,7 @@ mod true_mount;
 mod truth;
 mod wind;
 
-pub use caster::{BeamFan, Beams, Caster, Class, Layers, ParallelBeams, Registers, Return, Scratch};
+pub use caster::{BeamFan, Beams, Caster, Class, Cone, Layers, ParallelBeams, Registers, Return, Scratch};
 pub use cells::{Cell, CellAreas, CellColumn, CellGrid, ColumnBand, RowCells};
 pub use form::CanopyForm;
 pub use generator::{FoliageShares, GeneratorKind, GrowError, Remark};

@@ -1,7 +1,7 @@
 //! Scans as a table: one scan a row, one beam a column. In CSV it is the self-describing form that every command reads again.
 
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::scan::{NO_ECHO, Scan};
+use rowscan_protocol::scan::{NO_ECHO, Scan, elevation_deg};
 
 use super::{Column, ExportError, Kind, RowError, Rows, Table};
 
@@ -33,8 +33,8 @@ pub struct OtherBeams {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "scan {number} is of the layer {}°, the scans before it of {}°: one table takes one layer; `--what points` takes all, each in its place",
-    f64::from(*found) / 100.0,
-    f64::from(*expected) / 100.0
+    elevation_deg(*found),
+    elevation_deg(*expected)
 )]
 pub struct OtherLayer {
     /// Which, from 0.

@@ -77,7 +77,7 @@ fn every_recorded_frame_is_named_or_opaque_with_its_length() {
                 }
                 // Only evaluation fields, and an event of a scanner that is no model here: docs/decode.md lists them.
                 let name = line["name"].as_str().unwrap_or_default();
-                let may_be_opaque = name.starts_with("field") || name == "InertialMeasurementUnit";
+                let may_be_opaque = name.starts_with("field");
                 assert!(line["is"] == "telegram" || may_be_opaque, "{line}");
             }
         }

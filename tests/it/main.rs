@@ -45,6 +45,7 @@ mod links;
 #[cfg(feature = "manual")]
 mod manual_pages;
 mod mount_pose;
+mod mrs1000;
 mod nmea;
 mod nozzles;
 mod online_offline;

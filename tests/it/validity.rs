@@ -172,11 +172,25 @@ fn scans_of_inclined_layers_are_told_and_not_flattened() {
     assert!((area(&layers) / area(&plane) - 1.0).abs() < 0.01, "{} {}", area(&layers), area(&plane));
 }
 
+/// What a layer filter leaves that drops the layer which the estimate uses.
+#[test]
+fn inclined_layers_alone_give_no_area_and_say_which_layer_is_missing() {
+    let (exit, estimate, _) =
+        estimated(|counter| Said { layer: ["FA", "FE0C", "FF06"][usize::from(counter % 3)], ..GOOD });
+    assert_eq!(exit, Some(1));
+    assert!(estimate["impacted_total_area_m2"].is_null() && estimate["leaf_area_m2"].is_null());
+    assert_says(
+        &warnings(&estimate),
+        &["nothing_valid", "other_layer: 500 scans are of inclined layers", "ScanLayerFilter"],
+    );
+}
+
 #[test]
 fn a_layers_points_lie_above_the_plane_and_two_layers_make_no_table() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("layers.bin");
-    let up = Said { layer: "FA", ..GOOD };
+    // −250: a device counts downwards.
+    let up = Said { layer: "FF06", ..GOOD };
     std::fs::write(&path, [telegram(1, up), telegram(2, GOOD)].concat()).expect("written");
     let path = path.to_str().expect("UTF-8");
     let ended = run(&["export", path, "--to", "csv", "--what", "points", "-o", "-"]);

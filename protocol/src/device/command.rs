@@ -14,10 +14,10 @@ use crate::telegram::wire::{Fields, WireError, Writer};
 use crate::telegram::{Args, Kind, LmdScandata, Method, SopasError, Telegram, Variable};
 use crate::telegram::{
     device_ident, ee_writeall, ei_address, eihst_cola, field_nnn, firmware_version, fr_echo_filter,
-    lcm_state, lfe_rec, lfp_filter, lic_encoder, lid_inputstate, lid_outputstate, lmc_meas, lmd_scandata,
-    lmd_scandatacfg, lmp_autostartmeas, lmp_output_range, lmp_scancfg, location_name, lsp_datetime,
-    ms_suppmode, od_oprh, od_pwrc, ord_num, run, sc_reboot, scdevicestate, serial_number, set_access_mode,
-    set_active_applications, stlms, tsc_time_client,
+    inertial_measurement_unit, lcm_state, lfe_rec, lfp_filter, lic_encoder, lid_inputstate, lid_outputstate,
+    lmc_meas, lmd_scandata, lmd_scandatacfg, lmp_autostartmeas, lmp_output_range, lmp_scancfg, location_name,
+    lsp_datetime, ms_suppmode, od_oprh, od_pwrc, ord_num, run, sc_reboot, scan_layer_filter, scdevicestate,
+    serial_number, set_access_mode, set_active_applications, stlms, tsc_time_client,
 };
 use crate::visit::{Group, Value, Visitor, one_field};
 
@@ -33,6 +33,7 @@ pub static COMMANDS: &[Command] = &[
     variable::<lmd_scandatacfg::ScanDataConfig>().saved().replayed(),
     variable::<lmp_output_range::OutputRange>().saved(),
     variable::<fr_echo_filter::EchoFilter>().saved().replayed(),
+    variable::<scan_layer_filter::ScanLayerFilter>().saved(),
     variable::<lfp_filter::MeanFilter>().saved().replayed(),
     variable::<lfp_filter::MedianFilter>().saved().replayed(),
     variable::<lfp_filter::ParticleFilter>().saved().replayed(),
@@ -83,6 +84,9 @@ pub static COMMANDS: &[Command] = &[
         .subscribable(DeviceEvent::ScanData)
         .live(),
     named::<lmd_scandata::LmdScandata>(lmd_scandata::MONITOR).subscribable(DeviceEvent::Monitor),
+    named::<inertial_measurement_unit::InertialMeasurementUnit>(
+        inertial_measurement_unit::InertialMeasurementUnit::NAME,
+    ),
 ];
 
 /// All evaluation fields share one line; see [`field_nnn::slot`].

@@ -30,6 +30,9 @@ impl Device {
     /// every n-th line as set with LMDscandatacfg; a mean filter makes one line of several turns.
     pub fn measure(&mut self, at: SimTime, line: &MeasuredLine<'_>) -> Option<&LmdScandata> {
         let (turn, scan_counter) = self.count_turn(at)?;
+        if !self.settings.layers.sends(self.model, self.model.layer(turn)) {
+            return None;
+        }
         let rate = u64::from(self.settings.scan_data.output_rate.max(1));
         // Taken out while they are used, so that their buffers are used again.
         let mut filters = core::mem::take(&mut self.filters);
@@ -40,7 +43,8 @@ impl Device {
             let mut scan = core::mem::take(&mut self.last_scan);
             self.evaluate_fields(at, &line);
             self.fill_header(&mut scan, at, turn, scan_counter);
-            scan.measurement_frequency = measurement_frequency(scan.scan_frequency, line.grid.step);
+            let of_all = measurement_frequency(scan.scan_frequency, line.grid.step);
+            scan.measurement_frequency = of_all / self.model.layers.len().max(1) as u32;
             self.fill_channels(&mut scan, &line);
             self.last_scan = scan;
             self.has_scan = true;
@@ -79,7 +83,8 @@ impl Device {
             self.counters.start_up_scans -= 1;
         }
         scan.version = self.model.scandata_version;
-        scan.device_number = 1;
+        scan.device_number = self.model.device_number;
+        scan.layer_angle = self.model.layer(turn);
         scan.serial_number = self.identity.serial_number;
         scan.device_status = self.scan_status(starting);
         scan.inputs = [self.lines.input_mask(), 0];

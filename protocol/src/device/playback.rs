@@ -169,6 +169,7 @@ impl Settings {
             || (other.echo_filter, self.echo_filter) == (fr_echo_filter::ALL, fr_echo_filter::FIRST)
             // Of Compact telegrams with one echo nobody can tell which it is.
             || model.compact.is_some() && ![self.echo_filter, other.echo_filter].contains(&fr_echo_filter::ALL);
+        let layers = self.layers == other.layers;
         let remission =
             asked.remission == 0 || (asked.remission, asked.resolution) == (sent.remission, sent.resolution);
         let encoders = asked.encoders.0 & !sent.encoders.0 == 0
@@ -198,6 +199,7 @@ impl Settings {
         self.mode == other.mode
             && echoes
             && filter
+            && layers
             && remission
             && encoders
             && blocks.iter().all(|(asked, sent)| !asked || *sent)

@@ -44,6 +44,8 @@ pub enum Fault {
     ImpossibleContents,
     /// A code the variable does not have.
     NoSuchCode,
+    /// Not as many layers as the scanner has, or none of them.
+    NoSuchLayers,
     /// Numbers a filter does not take.
     ImpossibleFilter,
     /// An application the device does not have.
@@ -123,6 +125,7 @@ pub static REFUSALS: &[Refusal] = &[
     line("sWN LMDscandatacfg", Fault::ImpossibleContents, "echoes or encoders the model does not have, no echo at all (LMS5xx takes that), unit not 0, rate not 1 to 50000", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 04 00 0 0 0 00 00 0 0 0 0 +1"),
     line("sWN EIHstCola, FREchoFilter, MSsuppmode, LICsrc, LICencset", Fault::NoSuchCode, "a code the variable does not have", SopasError::LocalConditionFailed, Assumed, "sWN EIHstCola 2"),
     line("sWN LICencres", Fault::NoSuchCode, "not between 0.001 and 2000", SopasError::LocalConditionFailed, Assumed, "sWN LICencres 00000000"),
+    Refusal { model: "mrs1000", ..line("sWN ScanLayerFilter", Fault::NoSuchLayers, "not as many layers as the scanner has, or all of them off", SopasError::LocalConditionFailed, Assumed, "sWN ScanLayerFilter 4 0 0 0 0") },
     line("sWN LFPmeanfilter, LFPmedianfilter, LFPparticle", Fault::ImpossibleFilter, "a mean of other than 2 to 100 scans, a median of other than 3 beams", SopasError::LocalConditionFailed, Assumed, "sWN LFPmeanfilter 1 +101 0"),
     line("sWN SetActiveApplications", Fault::NoSuchApplication, "neither RANG nor FEVL", SopasError::LocalConditionFailed, Assumed, "sWN SetActiveApplications 1 NONE 1"),
     line("sWN LMDscandatacfg, LMPoutputRange, FREchoFilter, MSsuppmode, LFP…, LIC…", Fault::FixedByRecording, "`rowscan replay` only: the recorded scans do not have what is asked for", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1"),

@@ -34,6 +34,7 @@ pub(super) struct Settings {
     pub(super) filters: filter::Active,
     pub(super) encoder: EncoderSettings,
     pub(super) applications: Applications,
+    pub(super) layers: LayersSent,
     /// Of a scanner with Compact output, what its variables were set to.
     pub(super) variables: Stored,
 }
@@ -54,6 +55,22 @@ pub(super) struct Applications {
     pub(super) ranging: bool,
     /// `FEVL`: fields are evaluated.
     pub(super) evaluation: bool,
+}
+
+/// The layers that are sent: bit 0 for the lowest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct LayersSent(pub(super) u8);
+
+impl LayersSent {
+    fn all(model: &Model) -> Self {
+        Self(((1_u16 << model.layers.len().min(8)) - 1) as u8)
+    }
+
+    /// True if scans of this layer go out. Codes count downwards, so the lowest layer has the greatest.
+    pub(super) fn sends(self, model: &Model, layer: i16) -> bool {
+        let below = model.layers.iter().filter(|other| **other > layer).count();
+        self.0 >> below.min(7) & 1 == 1
+    }
 }
 
 impl EncoderSettings {
@@ -103,6 +120,7 @@ impl Settings {
                 inputs: InputsThreeAndFour::default(),
             },
             applications: Applications { ranging: true, evaluation: true },
+            layers: LayersSent::all(model),
             variables: model.compact.map_or_else(Stored::default, |_| Stored::new()),
         }
     }

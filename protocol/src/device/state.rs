@@ -88,6 +88,8 @@ pub struct Mirror {
     pub beams: BeamGrid,
     /// The receiver suppresses fog, as a client has set it with MSsuppmode.
     pub suppresses_fog: bool,
+    /// The layer that the next turn is of, [`Scan::layer_centideg`](crate::scan::Scan::layer_centideg).
+    pub layer_centideg: i16,
 }
 
 /// A scan mode the model does not have.
@@ -251,6 +253,7 @@ impl Device {
             period_ppm,
             beams: self.model.beams(mode),
             suppresses_fog: self.settings.suppression.code == ms_suppmode::FOG,
+            layer_centideg: self.model.layer(self.counters.turns),
         }
     }
 

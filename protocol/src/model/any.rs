@@ -76,7 +76,7 @@ impl AnyModel {
     /// let names = |ident, firmware| AnyModel::of_device(ident, firmware).into_iter().map(AnyModel::name).collect::<Vec<_>>();
     /// assert_eq!(names("LMS200;S18063", "V02.19"), ["lms200"]);
     /// assert_eq!(names("LMS5xx_FieldEval_PRO", "S1.60-24.06.2015"), ["lms511", "lms500"]);
-    /// assert!(names("MRS1xxxx", "1.0.0.0R").is_empty());
+    /// assert_eq!(names("MRS1xxxx", "1.0.0.0R"), ["mrs1000"]);
     /// ```
     pub fn of_device(ident: &str, firmware: &str) -> Vec<Self> {
         match lms2xx::model::by_type_text(&alloc::format!("{};{firmware}", ident.trim())) {

@@ -9,6 +9,7 @@ mod lms151;
 mod lms500;
 mod lms511;
 mod lms511_lite;
+mod mrs1000;
 pub(crate) mod optics;
 mod picoscan120;
 mod picoscan150;
@@ -42,6 +43,7 @@ pub static MODELS: &[&Model] = &[
     &tim571::TIM571,
     &tim781::TIM781,
     &tim781s::TIM781S,
+    &mrs1000::MRS1000,
 ];
 
 /// The models that send their scans as Compact telegrams over UDP out of the box, and speak CoLa besides.
@@ -90,7 +92,6 @@ pub const NOT_MODELLED: &[(&str, &str)] = &[
         "LMS1000",
         "its finer scan modes are interlaced (0.375° and 0.1875°: a telegram a turn, the first of a sequence with one beam more, by its manual) and its beams need the ANGL1 channel, whose contents are in no public source; neither is emulated",
     ),
-    ("MRS1000", "four layers"),
     ("multiScan136, multiScan165, LRS4000", "`decode` reads their telegrams; nothing sends them"),
     ("picoScan120", "no bytes of one are public"),
 ];
@@ -128,6 +129,9 @@ pub struct Model {
     pub no_echo: u16,
     /// What light does in it.
     pub optics: Optics,
+    /// The layers that its turns are of, one after the other and again from the first, as scans name them: 1/100°, negative upwards
+    /// ([`elevation_deg`](crate::scan::elevation_deg)). One layer of 0 on a scanner with one plane.
+    pub layers: &'static [i16],
     /// Echoes it can tell apart.
     pub echoes: u8,
     /// LMDscandatacfg takes an echo mask of 0; one echo is sent then.
@@ -138,6 +142,8 @@ pub struct Model {
     pub remission: RemissionWidth,
     /// Version of the LMDscandata telegram.
     pub scandata_version: u16,
+    /// Device number in it.
+    pub device_number: u16,
     /// A poll before the first scan is answered with a scan of zeros, and not refused.
     pub zeros_before_first_scan: bool,
     /// Value of the scan counter in the first scan after LMCstartmeas; none where it keeps counting.
@@ -307,7 +313,7 @@ const fn mode(frequency_hz: u32, step: u16) -> ScanMode {
 /// let names = |ident| by_ident(ident).map(|model| model.name).collect::<Vec<_>>();
 /// assert_eq!(names("LMS10x_FieldEval V1.36-21.10.2010"), ["lms111", "lms100", "lms151"]);
 /// assert_eq!(names("TiM781S V3.13"), ["tim781s"]);
-/// assert!(names("MRS1xxxx 1.0.0.0R").is_empty());
+/// assert_eq!(names("MRS1xxxx 1.0.0.0R"), ["mrs1000"]);
 /// ```
 pub fn by_ident(ident: &str) -> impl Iterator<Item = &'static Model> + Clone {
     let ident = ident.trim();
@@ -332,6 +338,12 @@ impl Model {
     /// The full beam grid in a scan mode.
     pub fn beams(&self, mode: ScanMode) -> BeamGrid {
         BeamGrid::spanning(self.start_angle, self.stop_angle, mode.step)
+    }
+
+    /// The layer of the turn with this number since power-up.
+    pub fn layer(&self, turn: u64) -> i16 {
+        let count = self.layers.len().max(1) as u64;
+        self.layers.get((turn % count) as usize).copied().unwrap_or_default()
     }
 
     /// The number that a scan mode has in PerformanceProfileNumber, from 1 on; `None` where the model has no profiles, or none of this mode.

@@ -42,3 +42,18 @@ pub(super) const TIM: Scatter = Scatter {
         6528, 6719, 6844, 7674,
     ],
 };
+
+/// 39 periods of an MRS1104. Every second one is 0.8 ms longer, and all of them grow: a triangle of 23 turns that alternates, on one that does not.
+pub(super) const MRS1000: Scatter = Scatter {
+    period_sd_us: Fact::recorded(385.6),
+    lag_1: Fact::recorded(-0.85),
+    lag_2: Fact::recorded(0.93),
+    weights: &[
+        5.0, 6.0, 15.0, 12.0, 25.0, 18.0, 35.0, 24.0, 45.0, 30.0, 55.0, 36.0, 55.0, 30.0, 45.0, 24.0, 35.0,
+        18.0, 25.0, 12.0, 15.0, 6.0, 5.0,
+    ],
+    delay_us: [
+        64146, 64279, 64377, 64463, 64553, 64584, 64687, 64690, 64703, 64775, 64814, 64851, 64928, 65001,
+        65087, 65120, 65154, 65231, 65346, 65408, 65511,
+    ],
+};

@@ -40,7 +40,7 @@ fields! {
         pub inputs: [u8; 2],
         /// Digital outputs, bit 0 of the first byte is output 1.
         pub outputs: [u8; 2],
-        /// Layer angle on scanners with several layers, 1/100°; else 0.
+        /// Layer on scanners with several: 1/100°, negative upwards; else 0.
         pub layer_angle: i16 ["1/100°"],
         /// Mirror turns, 1/100 Hz.
         pub scan_frequency: u32 ["1/100 Hz"],

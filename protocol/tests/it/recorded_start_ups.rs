@@ -37,6 +37,12 @@ const START_UPS: &[StartUp] = &[
         requests: 66,
         differ: &["LIDinputstate", "field001", "field002", "field003", "field004", "field005"],
     },
+    StartUp {
+        recording: "mrs1104_20210722",
+        model: "mrs1000",
+        requests: 38,
+        differ: &["InertialMeasurementUnit", "LMPoutputRange", "SerialNumber"],
+    },
 ];
 
 /// The name that a payload carries after its kind.

@@ -178,7 +178,7 @@ fn names_applications_and_the_calendar_are_seen() {
     assert!(next_scan(&mut bench).is_some());
 }
 
-/// What an LMS511 is told first, and a write after which its scans are others. Nothing is told first where there is nothing to see: the
+/// What an LMS511 (of layers, an MRS1000) is told first, and a write after which its scans are others. Nothing is told first where there is nothing to see: the
 /// variables that cannot be changed here.
 const EFFECTS: &[(&str, &[&str], &str)] = &[
     ("FREchoFilter", &["sWN LMDscandatacfg 03 00 0 0 0 00 00 0 0 0 0 +1", "sWN FREchoFilter 1"], "0"),
@@ -196,6 +196,7 @@ const EFFECTS: &[(&str, &[&str], &str)] = &[
     ("EIgate", &[], "C0 A8 00 63"),
     ("EIIpAddr", &[], "C0 A8 00 63"),
     ("EImask", &[], "FF FF 00 00"),
+    ("ScanLayerFilter", &[PLAIN], "4 0 1 0 0"),
     ("TSCTCInterface", &[], "1"),
     ("TSCRole", &[], "1"),
     ("TSCTCSrvAddr", &[], "C0 A8 00 63"),
@@ -224,7 +225,8 @@ fn every_writable_variable_changes_the_scans_or_is_refused() {
     for (name, setting_up, value) in EFFECTS {
         let write = format!("sWN {name} {value}");
         let scans = |writes: &[&str]| {
-            let mut bench = Bench::logged_in("lms511");
+            let model = if *name == "ScanLayerFilter" { "mrs1000" } else { "lms511" };
+            let mut bench = Bench::logged_in(model);
             writes.iter().for_each(|write| assert!(bench.ask(write).starts_with("sWA"), "{write}"));
             (0..8).map(|_| turn(&mut bench)).collect::<Vec<_>>()
         };

@@ -132,6 +132,16 @@ impl BeamFan {
         Self { axes: self.axes, ..Self::from_degrees(start_deg, self.step_deg, count) }
     }
 
+    /// The same beams about the same middle, with `pitch` times the angle between them.
+    pub(super) fn narrowed(self, pitch: f64) -> Self {
+        if pitch == 1.0 {
+            return self;
+        }
+        let (step_deg, gaps) = (self.step_deg * pitch, self.count.saturating_sub(1) as f64);
+        let start_deg = self.start_deg + (self.step_deg - step_deg) * gaps / 2.0;
+        Self { axes: self.axes, ..Self::from_degrees(start_deg, step_deg, self.count) }
+    }
+
     /// Angle from beam to beam, radians; negative where θ falls.
     pub fn step_rad(&self) -> f64 {
         self.step_rad

@@ -12,6 +12,7 @@ mod alike;
 mod beams;
 mod block;
 pub mod brute;
+mod cone;
 pub(crate) mod convex;
 mod fan;
 mod layers;
@@ -39,6 +40,7 @@ mod wood;
 mod wood_field;
 
 pub use beams::Beams;
+pub use cone::Cone;
 pub use fan::BeamFan;
 pub use layers::Layers;
 pub use parallel::ParallelBeams;

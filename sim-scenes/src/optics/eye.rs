@@ -17,7 +17,7 @@ use super::parts::Parts;
 use super::settings::OpticsSettings;
 use super::spot::{PHASES, SpotGrid};
 use super::stage::Stage;
-use crate::caster::{BeamFan, Caster, Class, Return};
+use crate::caster::{BeamFan, Caster, Class, Cone, Return};
 use crate::lanes::WIDTH;
 
 /// What of a scanner model its eye needs.
@@ -30,6 +30,9 @@ pub struct EyeModel<'a> {
     /// The distances it reports.
     pub limits: RangeLimits,
 }
+
+/// Layers whose beams are as far apart but for this share are sampled alike: to make the grid of spots anew takes longer than a turn.
+const PITCHES_ALIKE: f64 = 0.01;
 
 /// The least remission of an echo: 1 in 8 bits.
 const WEAKEST: u16 = 0x0101;
@@ -45,6 +48,8 @@ pub struct Eye {
     unit: u64,
     /// Which way along the row its roof looks.
     roof_sense: f64,
+    /// How far the beams of the layer in force leave the plane that the mirror turns in, radians.
+    layer_rad: f64,
     /// For the fan in force.
     sight: Option<Sight>,
     air: Option<AirStage>,
@@ -61,6 +66,10 @@ struct Sight {
     fan: BeamFan,
     towards_x: bool,
     footprint: Footprint,
+    /// Of the beams, out of the mirror's plane.
+    bend_rad: f64,
+    /// Angle between beams for which the spots are sampled.
+    pitch_rad: f64,
     noise: UnitNoise,
 }
 
@@ -107,6 +116,7 @@ impl Eye {
             roof_sense: Mount::default().roof_sense(),
             air: settings.stages.has(Stage::Air).then(|| AirStage::new(&settings.air, model.optics)),
             settings: settings.clone(),
+            layer_rad: 0.0,
             sight: None,
             parts: Parts::default(),
             groups: Vec::new(),
@@ -121,12 +131,22 @@ impl Eye {
         Self { roof_sense, ..self }
     }
 
+    /// Beams from the next [`turn_to`](Self::turn_to) on leave the plane in which the mirror turns by this angle: ahead, along the fan's +Y, where it is
+    /// positive. So does a layer of a scanner with several.
+    pub fn elevate(&mut self, layer_rad: f64) {
+        self.layer_rad = layer_rad;
+    }
+
     /// Other beams from now on; of a scanner that has its row at greater X, or at smaller.
     pub fn turn_to(&mut self, fan: &BeamFan, towards_x: bool) {
+        let bend_rad = self.bend_rad() + self.layer_rad;
+        let pitch_rad = fan.step_rad().abs() * Cone::pitch(bend_rad);
         let same = |sight: &Sight| {
-            sight.fan.len() == fan.len() && sight.fan.step_rad().abs() == fan.step_rad().abs()
+            let alike = (pitch_rad / sight.pitch_rad - 1.0).abs() < PITCHES_ALIKE;
+            sight.fan.len() == fan.len() && sight.fan.step_rad().abs() == fan.step_rad().abs() && alike
         };
-        if let Some(sight) = self.sight.as_mut().filter(|sight| sight.fan.is_turned_as(fan)) {
+        let leans_only = |sight: &&mut Sight| sight.fan.is_turned_as(fan) && sight.bend_rad == bend_rad;
+        if let Some(sight) = self.sight.as_mut().filter(leans_only) {
             // Only the plane leans otherwise.
             sight.footprint.lean(fan);
             (sight.fan, sight.towards_x) = (fan.clone(), towards_x);
@@ -134,19 +154,18 @@ impl Eye {
         }
         if let Some(sight) = self.sight.as_mut().filter(|sight| same(sight)) {
             // The same beams, tilted: spots and errors stay.
-            sight.footprint.tilt(fan);
-            (sight.fan, sight.towards_x) = (fan.clone(), towards_x);
+            sight.footprint.tilt(fan, bend_rad);
+            (sight.fan, sight.towards_x, sight.bend_rad) = (fan.clone(), towards_x, bend_rad);
             return;
         }
-        let pitch_rad = fan.step_rad().abs();
         let grid = if self.settings.stages.has(Stage::Spot) {
             SpotGrid::new(&self.optics.spot, &self.settings, pitch_rad)
         } else {
             SpotGrid::thin(pitch_rad)
         };
         let noise = UnitNoise::new(&self.optics, self.settings.noise, self.unit, fan.len());
-        let footprint = Footprint::new(grid, fan, self.bend_rad());
-        self.sight = Some(Sight { fan: fan.clone(), towards_x, footprint, noise });
+        let footprint = Footprint::new(grid, fan, bend_rad);
+        self.sight = Some(Sight { fan: fan.clone(), towards_x, footprint, bend_rad, pitch_rad, noise });
     }
 
     /// Lines from now on are seen through what nozzles spray at this moment of the drive; `duty` is what a controller has told each.
@@ -215,7 +234,11 @@ impl Eye {
             let normal = draws.threshold.beam(beam).normal();
             rules.least_power = energy::threshold(&self.optics, normal);
         }
-        if self.air.as_ref().is_some_and(|air| air.is_blinded(fan.theta_rad(beam), fan.axes())) {
+        if self
+            .air
+            .as_ref()
+            .is_some_and(|air| air.is_blinded(fan.theta_rad(beam), self.layer_rad, fan.axes()))
+        {
             if draws.sun.beam(beam).unit() < air::DAZZLED_SHARE {
                 if let Some(first) = self.found.get_mut(beam * rules.most) {
                     *first = EyeEcho::DAZZLED;

@@ -3,27 +3,19 @@
 use pulp::{Arch, Simd, WithSimd};
 use rowscan_protocol::scan::Pose;
 
-use super::bent::{Piece, pieces};
 use super::parts::{Column, Parts};
 use super::rays::{Rays, Weigh};
 use super::spot::SpotGrid;
-use crate::caster::{BeamFan, Caster, Return, Scratch};
+use crate::caster::{BeamFan, Caster, Cone, Return, Scratch};
 use crate::lanes::{Lanes, Row, WIDTH};
-
-/// A place so far across the fan's plane.
-fn beside(from: Pose, fan: &BeamFan, across_m: f64) -> Pose {
-    let [x, y, z] = fan.axes().map_or([0.0, 1.0, 0.0], |axes| axes.ahead);
-    Pose { x_m: from.x_m + x * across_m, y_m: from.y_m + y * across_m, z_m: from.z_m + z * across_m }
-}
 
 /// The casts of one line, and room for the next.
 #[derive(Clone, Debug)]
 pub(super) struct Footprint {
     grid: SpotGrid,
     fan: BeamFan,
-    bend_rad: f64,
     /// The fan as it is cast.
-    pieces: Vec<Piece>,
+    cone: Cone,
     margin: usize,
     beams: usize,
     scratch: Scratch,
@@ -91,9 +83,8 @@ impl Footprint {
         Self {
             rays: Rays::new(planes, fan.len(), &grid, margin, beams),
             returns: vec![Return::MISS; planes * fan.len()],
-            pieces: pieces(&fan, bend_rad),
+            cone: Cone::new(&fan, bend_rad),
             fan,
-            bend_rad,
             margin,
             beams,
             grid,
@@ -102,15 +93,15 @@ impl Footprint {
     }
 
     /// The same beams in other directions.
-    pub(super) fn tilt(&mut self, fan: &BeamFan) {
+    pub(super) fn tilt(&mut self, fan: &BeamFan, bend_rad: f64) {
         self.fan = fan.refined(self.grid.fold, self.margin);
-        self.pieces = pieces(&self.fan, self.bend_rad);
+        self.cone = Cone::new(&self.fan, bend_rad);
     }
 
     /// The same beams in a plane that leans so.
     pub(super) fn lean(&mut self, fan: &BeamFan) {
         self.fan.lean(fan.axes().copied());
-        self.pieces.iter_mut().for_each(|piece| piece.lean(fan));
+        self.cone.lean(fan);
     }
 
     /// Casts a line whose first beam starts at `origin`, with the plane grid at place `phase`. `surface` is what comes back of a ray at 1 m: its
@@ -123,17 +114,12 @@ impl Footprint {
         phase: usize,
         surface: impl Fn(&Return) -> f64,
     ) {
-        let Self { grid, fan, pieces, margin, scratch, returns, rays, .. } = self;
+        let Self { grid, fan, cone, margin, scratch, returns, rays, .. } = self;
         let advance_m = advance_m / grid.fold as f64;
-        let first_m = origin.y_m - *margin as f64 * advance_m;
+        let origin = Pose { y_m: origin.y_m - *margin as f64 * advance_m, ..origin };
         let lines = returns.chunks_exact_mut(fan.len().max(1));
         for (number, (plane, returns)) in grid.planes(phase).iter().zip(lines).enumerate() {
-            for Piece { first, fan, .. } in &mut *pieces {
-                fan.advance(advance_m);
-                let y_m = first_m + *first as f64 * advance_m;
-                let from = beside(Pose { y_m, ..origin }, fan, plane.y_m);
-                caster.cast(from, fan, scratch, returns.get_mut(*first..).unwrap_or_default());
-            }
+            cone.cast(caster, (origin, plane.y_m), advance_m, scratch, returns);
             rays.fill(number, returns, &surface);
             Arch::new().dispatch(Weigh { rays, grid, number, plane, margin: *margin });
         }

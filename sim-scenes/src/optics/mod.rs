@@ -5,7 +5,6 @@
 //! sources are in docs/optics.md, the numbers of each scanner in [`rowscan_protocol::optics`].
 
 mod air;
-mod bent;
 mod casts;
 mod draws;
 mod echo;

@@ -13,6 +13,7 @@ mod analytic;
 mod caster_oracle;
 mod cells;
 mod closed_forms;
+mod cones;
 mod exchange;
 mod ground;
 mod growth;

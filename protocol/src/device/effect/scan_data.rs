@@ -4,11 +4,12 @@ use alloc::vec;
 
 use crate::device::context::{Context, Readable, Writable};
 use crate::device::refusal::Fault;
-use crate::device::settings::OutputCut;
+use crate::device::settings::{LayersSent, OutputCut};
 use crate::telegram::SopasError;
 use crate::telegram::fr_echo_filter::{self, EchoFilter};
 use crate::telegram::lmd_scandatacfg::{REMISSION_16_BIT, ScanDataConfig};
 use crate::telegram::lmp_output_range::{OutputRange, Sector};
+use crate::telegram::scan_layer_filter::ScanLayerFilter;
 
 /// Largest n of "every n-th scan".
 const MAX_OUTPUT_RATE: u16 = 50_000;
@@ -77,6 +78,25 @@ impl Writable for EchoFilter {
             return Err(Fault::NoSuchCode.into());
         }
         context.device.settings.echo_filter = self.code;
+        Ok(())
+    }
+}
+
+impl Readable for ScanLayerFilter {
+    fn get(context: &Context<'_>) -> Self {
+        let LayersSent(mask) = context.device.settings.layers;
+        Self { layers: (0..context.device.model.layers.len()).map(|layer| mask >> layer & 1 == 1).collect() }
+    }
+}
+
+impl Writable for ScanLayerFilter {
+    fn set(self, context: &mut Context<'_>) -> Result<(), SopasError> {
+        let count = context.device.model.layers.len();
+        if self.layers.len() != count || !self.layers.contains(&true) {
+            return Err(Fault::NoSuchLayers.into());
+        }
+        let mask = (0..).zip(self.layers).map(|(layer, on): (u8, bool)| u8::from(on) << layer);
+        context.device.settings.layers = LayersSent(mask.fold(0, |all, bit| all | bit));
         Ok(())
     }
 }

@@ -96,8 +96,8 @@ impl AirStage {
     }
 
     /// True if a beam looks into the sun: at `theta_rad` from the scene's +X, in a plane turned so.
-    pub(super) fn is_blinded(&self, theta_rad: f64, plane: Option<&Axes>) -> bool {
-        self.glare.is_some_and(|glare| glare.blinds(theta_rad, plane))
+    pub(super) fn is_blinded(&self, theta_rad: f64, layer_rad: f64, plane: Option<&Axes>) -> bool {
+        self.glare.is_some_and(|glare| glare.blinds(theta_rad, layer_rad, plane))
     }
 
     /// What the window leaves of the power, both ways.

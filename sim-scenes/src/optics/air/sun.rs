@@ -53,9 +53,14 @@ impl Glare {
         }
     }
 
-    /// True if it blinds a beam at `theta_rad` from the scene's +X, in a plane turned so.
-    pub(super) fn blinds(&self, theta_rad: f64, plane: Option<&Axes>) -> bool {
-        let beam = plane.unwrap_or(&Axes::LEVEL).turned([libm::cos(theta_rad), 0.0, libm::sin(theta_rad)]);
+    /// True if it blinds a beam at `theta_rad` from the scene's +X, which leaves a plane turned so by `layer_rad`.
+    pub(super) fn blinds(&self, theta_rad: f64, layer_rad: f64, plane: Option<&Axes>) -> bool {
+        let (cos, sin) = (libm::cos(theta_rad), libm::sin(theta_rad));
+        let beam = match layer_rad {
+            0.0 => [cos, 0.0, sin],
+            _ => [cos * libm::cos(layer_rad), libm::sin(layer_rad), sin * libm::cos(layer_rad)],
+        };
+        let beam = plane.unwrap_or(&Axes::LEVEL).turned(beam);
         let cosine: f64 = self.towards.iter().zip(beam).map(|(a, b)| a * b).sum();
         cosine > self.least_cosine
     }

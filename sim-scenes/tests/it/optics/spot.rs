@@ -125,13 +125,18 @@ fn cloud() -> Vec<Leaf> {
 
 #[test]
 fn leaves_get_the_share_that_true_cone_rays_give_them() {
-    shares_are_those_of_cones(&settings("spot,echoes"), 0.0);
+    shares_are_those_of_cones(&settings("spot,echoes"), 0.0, 0.0);
+}
+
+#[test]
+fn so_they_do_in_a_layer_of_constant_elevation() {
+    shares_are_those_of_cones(&settings("spot,echoes"), 0.0, 5.0);
 }
 
 #[test]
 fn so_they_do_where_the_scan_plane_is_bent() {
     let bent = OpticsSettings { bent_plane: true, ..settings("spot,echoes") };
-    shares_are_those_of_cones(&bent, 3.0);
+    shares_are_those_of_cones(&bent, 3.0, 0.0);
 }
 
 #[test]
@@ -157,17 +162,18 @@ fn only_a_tim_is_bent_each_unit_by_an_angle_of_its_own_and_only_where_asked_for(
     assert_eq!([mounted(Some(Roof::Backward)), mounted(Some(Roof::Forward))], [units[7], -units[7]]);
 }
 
-/// Every share of a spot on a cloud of leaves against rays of a cone; the scanner's plane may be bent by so much.
-fn shares_are_those_of_cones(settings: &OpticsSettings, bend_deg: f64) {
+/// Every share of a spot on a cloud of leaves against rays of a cone; the scanner's plane may be bent by so much, or the layer raised.
+fn shares_are_those_of_cones(settings: &OpticsSettings, bend_deg: f64, layer_deg: f64) {
     let lms111 = Optics { bend_deg: Fact::assumed(bend_deg), ..optics("lms111") };
     let fan = fan(0.5, 21);
     let orchard = Orchard::from_organs(cloud(), vec![], f64::INFINITY);
     let (oracle, caster) = (Oracle::new(&orchard), Caster::new(&orchard));
     let model = EyeModel { optics: &lms111, echoes: 2, limits: LIMITS };
     let mut eye = Eye::new(model, settings, 1, 0);
+    eye.elevate(layer_deg.to_radians());
     eye.turn_to(&fan, true);
-    let bend_rad = eye.bend_rad();
-    assert_eq!(bend_rad != 0.0, bend_deg != 0.0);
+    assert_eq!(eye.bend_rad() != 0.0, bend_deg != 0.0);
+    let bend_rad = eye.bend_rad() + layer_deg.to_radians();
     let (mut sum, mut squares, mut truths, mut count) = (0.0, 0.0, 0.0, 0.0);
     for line in 0..12_u32 {
         let y_m = 0.04 * (f64::from(line) - 6.0);
