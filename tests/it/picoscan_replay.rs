@@ -7,7 +7,7 @@ use std::time::Duration;
 use rowscan_recording::{Recording, Side};
 use serde_json::{Value, json};
 
-use crate::common::binary::{Telling, assert_says, refused, rowscan, text};
+use crate::common::binary::{Telling, assert_says, refused, rowscan};
 use crate::common::captured::pcap;
 use crate::common::recorded::{estimate, folder};
 use crate::picoscan::{ask, post};
