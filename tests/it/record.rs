@@ -143,12 +143,12 @@ fn what_is_no_recording_is_refused_with_what_it_is() {
 fn an_unknown_model_is_named_and_mixed_dialects_are_read() {
     let (_folder, file) = folder();
     let path = file("mixed.bin");
-    let mut bytes = b"\x02sRA DeviceIdent 8 MRS1xxxx 8 1.0.0.0R\x03".to_vec();
+    let mut bytes = b"\x02sRA DeviceIdent 8 NAV350xx 8 1.0.0.0R\x03".to_vec();
     let scan = "sSN LMDscandata 1 1 16F4C7A 0 0 7 9 3E8 4B0 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 FFF92230 1388 3 3E8 0 7D0 0 0 0 0 0 0";
     rowscan_protocol::frame::encode(rowscan_protocol::frame::Dialect::A, scan.as_bytes(), &mut bytes);
     bytes.extend(b"\x02\x02\x02\x02\0\0\0\x09sAN Run \x014");
     std::fs::write(&path, bytes).expect("written");
-    assert_says(&refused(&["replay", &path]), &["MRS1xxxx", "no model here is", "--model", "--verbatim"]);
+    assert_says(&refused(&["replay", &path]), &["NAV350xx", "no model here is", "--model", "--verbatim"]);
     let ended = run(&["estimate", &path, "--format", "json"]);
     let found: Value = serde_json::from_str(&ended.stdout).expect("json");
     assert_eq!((&found["scans"], &found["telegrams_bad"]), (&1.into(), &0.into()));

@@ -421,7 +421,7 @@ fn mistakes_are_told_with_line_and_remedy() {
         assert!(message.starts_with(&expected), "{message}");
         assert!(
             message.ends_with(
-                "Between events scans_lost, scans_repeated, telegrams_bad, reconnects are counted"
+                "Between events scans_lost, scans_repeated, segments_lost, telegrams_bad, reconnects are counted"
             ),
             "{message}"
         );
