@@ -471,7 +471,7 @@ fn mistakes_are_told_with_line_and_remedy() {
         ("device = [{ id = \"a\", model = \"lms111\", pty = \"a\" }]\n", "leave `pty` and `rate` out"),
         (
             "device = [{ id = \"a\", model = \"lms291\", tcp = \"127.0.0.1:0\" }]\n",
-            "leave `tcp` and `rest` out",
+            "leave `tcp`, `rest`, `udp` and `allow_destination` out",
         ),
         (
             "device = [{ id = \"a\", model = \"lms111\", rest = \"127.0.0.1:0\" }]\n",
