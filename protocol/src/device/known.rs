@@ -9,7 +9,7 @@ use crate::telegram::{Args, SopasError};
 
 /// The command called `name`, if this model has it.
 pub(super) fn known(device: &Device, name: &str) -> Option<&'static Command> {
-    by_name(name).filter(|_| !device.model.lacks.contains(&name))
+    by_name(name).filter(|_| device.model.has(name))
 }
 
 /// Reads a variable of the command table.

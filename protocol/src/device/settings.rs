@@ -78,7 +78,7 @@ impl EncoderSettings {
     pub(super) fn counts(&self, model: &Model) -> bool {
         self.source.code == lic_encoder::ENCODER
             && self.setting.code != lic_encoder::OFF
-            && (self.inputs.encoder || model.lacks.contains(&<InputsThreeAndFour as Variable>::NAME))
+            && (self.inputs.encoder || !model.has(<InputsThreeAndFour as Variable>::NAME))
     }
 }
 

@@ -58,7 +58,7 @@ pub(super) const LMS1XX: Model = Model {
     evaluations: Evaluations { always: 0, most: 4 },
     logins: &[MAINTENANCE, CLIENT],
     replies_without_blank: &["FREchoFilter", "SetActiveApplications"],
-    lacks: &["DO3And4Fnc", "ScanLayerFilter"],
+    lacks: &["DO3And4Fnc"],
     times: Times {
         boot: ms(15_000),
         initialisation: ms(10_000),
@@ -132,7 +132,7 @@ pub(super) const LMS5XX: Model = Model {
         outputs_told_at_once: true,
     },
     slots: Slots { scale: 2.0, ..LMS1XX.slots },
-    lacks: &["ScanLayerFilter"],
+    lacks: &[],
     times: Times { first_scan: ms(220), start_reply: ms(1), ..LMS1XX.times },
     emulates: &[
         "eight scan modes from 25 Hz/0.1667° to 100 Hz/1°; LMPoutputRange cuts the full grid",
@@ -199,7 +199,6 @@ pub(super) const TIM: Model = Model {
         "FREchoFilter",
         "MSsuppmode",
         "LMPautostartmeas",
-        "ScanLayerFilter",
     ],
     times: Times { first_scan: ms(280), start_reply: ms(1), ..LMS1XX.times },
     emulates: &[

@@ -29,6 +29,8 @@ pub use scatter::Scatter;
 
 use crate::angle::BeamGrid;
 use crate::optics::Optics;
+use crate::telegram::Variable;
+use crate::telegram::scan_layer_filter::ScanLayerFilter;
 
 /// The models whose scans go out as LMDscandata out of the box.
 pub static MODELS: &[&Model] = &[
@@ -338,6 +340,13 @@ impl Model {
     /// The full beam grid in a scan mode.
     pub fn beams(&self, mode: ScanMode) -> BeamGrid {
         BeamGrid::spanning(self.start_angle, self.stop_angle, mode.step)
+    }
+
+    /// Whether it has the command or variable `name`, if others of its family have it. A filter of layers takes several of them.
+    pub fn has(&self, name: &str) -> bool {
+        !self.lacks.contains(&name)
+            && self.compact.is_none_or(|compact| compact.has(name))
+            && (name != ScanLayerFilter::NAME || self.layers.len() > 1)
     }
 
     /// The layer of the turn with this number since power-up.

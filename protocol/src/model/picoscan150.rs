@@ -89,7 +89,6 @@ pub(super) const PICOSCAN1XX: Model = Model {
         "TSCTCmaxoffset",
         "TSCTCdelay",
         "mLMPsetscancfg",
-        "ScanLayerFilter",
     ],
     encoders: 0,
     times: Times { first_scan: Duration::from_millis(280), ..LMS1XX.times },

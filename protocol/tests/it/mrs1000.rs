@@ -93,6 +93,9 @@ fn layers_that_are_off_are_not_sent_and_the_others_stay_in_their_turns() {
         assert_eq!(bench.ask(&format!("sWN ScanLayerFilter {wrong}")), "sFA 4", "{wrong}");
     }
     assert_eq!(Bench::logged_in("lms111").ask("sWN ScanLayerFilter 1 1"), "sFA 3", "one plane has no filter");
+    for model in rowscan_protocol::model::all().filter(|model| model.layers.len() == 1) {
+        assert_eq!(Bench::new(model.name).ask("sRN ScanLayerFilter"), "sFA 3", "{}", model.name);
+    }
 }
 
 /// The recorded MRS1104's telegrams, and ours after the same start-up: all that does not depend on what was seen, and when.
