@@ -1,6 +1,5 @@
 //! Where recorded Compact telegrams go: to the place that a client has directed them to, as those of a scanner do.
 
-use std::net::SocketAddrV4;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -58,7 +57,8 @@ impl DatagramOutlet {
             // Bytes that are no telegram have no place to go to.
             Err(_) => return false,
         };
-        let Some(to) = self.destination(stream) else { return false };
+        let directed = self.shared.device().destination(stream).ok();
+        let Some(to) = directed.filter(|to| self.shared.datagrams.admits(*to)) else { return false };
         self.source.pass(due, (stream, to), bytes.to_vec()).await;
         self.source.release(due).await;
         if turn.is_some() && turn != self.turn {
@@ -66,15 +66,5 @@ impl DatagramOutlet {
             self.shared.counts.sent.fetch_add(1, Ordering::Relaxed);
         }
         true
-    }
-
-    fn destination(&self, stream: Stream) -> Option<SocketAddrV4> {
-        let datagrams = &self.shared.datagrams;
-        let to = self.shared.device().destination(stream).ok()?;
-        if !datagrams.may_go_to(*to.ip()) {
-            datagrams.count_withheld();
-            return None;
-        }
-        Some(to)
     }
 }

@@ -67,8 +67,7 @@ impl DatagramSource {
             let stream = datagram.stream;
             datagram.ends_turn.into_iter().for_each(|number| shared.datagrams.end_turn(number));
             let Some((to, bytes)) = shared.device().send(datagram) else { continue };
-            if !shared.datagrams.may_go_to(*to.ip()) {
-                shared.datagrams.count_withheld();
+            if !shared.datagrams.admits(to) {
                 continue;
             }
             self.pass(firing.at, (stream, to), bytes).await;

@@ -61,8 +61,15 @@ impl Datagrams {
         Self { allowed, ..Self::default() }
     }
 
-    pub(crate) fn may_go_to(&self, address: Ipv4Addr) -> bool {
+    fn may_go_to(&self, address: Ipv4Addr) -> bool {
         address.is_loopback() || self.allowed.contains(&address.into())
+    }
+
+    /// Whether a datagram may go to `to`; one that may not is counted.
+    pub(crate) fn admits(&self, to: SocketAddrV4) -> bool {
+        let may = self.may_go_to(*to.ip());
+        self.withheld.fetch_add(u64::from(!may), Ordering::Relaxed);
+        may
     }
 
     /// Where a stream goes; none where it is off or may not go there.
@@ -111,10 +118,6 @@ impl Datagrams {
 
     pub(crate) fn count_sent(&self) {
         self.sent.fetch_add(1, Ordering::Relaxed);
-    }
-
-    pub(crate) fn count_withheld(&self) {
-        self.withheld.fetch_add(1, Ordering::Relaxed);
     }
 
     pub(crate) fn count_unheard(&self) {
