@@ -13,8 +13,8 @@ use rowscan_protocol::time::DeviceClock;
 use crate::boom::{Boom, Nozzle, Side};
 use crate::valve::{Kind, Phase};
 
-/// Beams of a scan that must see canopy before a nozzle: one may be an insect.
-const LEAST_BEAMS: usize = 2;
+/// Beams of a scan that must see canopy before a nozzle, where nothing else is asked for: one may be an insect.
+pub const LEAST_BEAMS: u16 = 2;
 /// Nearer returns are the machine itself, metres across.
 const NEAR_M: f64 = 0.3;
 /// So far behind its axis a row ends, metres.
@@ -74,6 +74,8 @@ pub struct Controller {
     eyes: Vec<Eye>,
     /// What passes between a scan and the valve's command, seconds.
     late_s: f64,
+    /// Beams of a scan that must see canopy before a nozzle.
+    least_beams: u16,
     speed_m_s: f64,
     /// Direction of the rows, and of the tractor.
     course_rad: Option<(f64, f64)>,
@@ -106,7 +108,13 @@ impl Controller {
             let side = if nozzle.side == Side::Left { "left" } else { "right" };
             return Err(ControllerError::Blind { side });
         }
-        Ok(Self { boom, nozzles, eyes, late_s, speed_m_s: 0.0, course_rad: None })
+        Ok(Self { boom, nozzles, eyes, late_s, least_beams: LEAST_BEAMS, speed_m_s: 0.0, course_rad: None })
+    }
+
+    /// The same, which takes so many beams of a scan before a nozzle for canopy; [`LEAST_BEAMS`] until then.
+    #[must_use]
+    pub fn with_least_beams(self, least_beams: u16) -> Self {
+        Self { least_beams: least_beams.max(1), ..self }
     }
 
     /// The boom.
@@ -136,7 +144,7 @@ impl Controller {
         let (is_turning, speed_m_s) = (self.is_turning(), self.speed_m_s);
         let Some(eye) = self.eyes.get_mut(scanner) else { return };
         eye.advance(scan, speed_m_s);
-        let before = eye.canopy(scan, &self.nozzles);
+        let before = eye.canopy(scan, &self.nozzles, self.least_beams);
         eye.seen.push_back((eye.way_m + eye.mount.offset_y_m, before));
         let farthest_m = self.nozzles.iter().map(|nozzle| -nozzle.ahead_m).fold(0.0, f64::max);
         let kept_from_m = eye.way_m - farthest_m - KEPT_M;
@@ -217,7 +225,7 @@ impl Eye {
     }
 
     /// Before which nozzles a scan sees canopy.
-    fn canopy(&self, scan: &Scan, nozzles: &[Nozzle]) -> Vec<bool> {
+    fn canopy(&self, scan: &Scan, nozzles: &[Nozzle], least_beams: u16) -> Vec<bool> {
         let mut beams = vec![0_usize; nozzles.len()];
         let far_m = self.mount.distance_m + BEHIND_AXIS_M;
         for (beam, range_m) in scan.echoes.first().map_or(&[][..], |echo| &echo.range_m).iter().enumerate() {
@@ -232,7 +240,7 @@ impl Eye {
                 *count += usize::from((nozzle.height.from..nozzle.height.to).contains(&z_m));
             }
         }
-        beams.into_iter().map(|count| count >= LEAST_BEAMS).collect()
+        beams.into_iter().map(|count| count >= usize::from(least_beams)).collect()
     }
 
     /// True while scans and speeds come.

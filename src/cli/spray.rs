@@ -15,6 +15,7 @@ use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::files;
+use rowscan_sprayer::controller::LEAST_BEAMS;
 use rowscan_sprayer::{Boom, Controller};
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
@@ -47,6 +48,9 @@ pub(super) struct Args {
     /// From the end of a scan until a valve hears of it, milliseconds: computing, and the bus
     #[arg(long, value_name = "MS", default_value_t = 20.0, value_parser = late_ms)]
     late_ms: f64,
+    /// Beams of a scan in a nozzle's share of height that are taken for canopy
+    #[arg(long, value_name = "N", default_value_t = LEAST_BEAMS, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    least_beams: u16,
     /// Wait for scanner and bus however long they are silent: for a bench whose time is not the host's
     #[arg(long)]
     patient: bool,
@@ -87,7 +91,8 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         )));
     }
     let controller = Controller::new(boom, &rig.scanners, args.late_ms / 1e3)
-        .map_err(|error| Failure::Usage(error.to_string()))?;
+        .map_err(|error| Failure::Usage(error.to_string()))?
+        .with_least_beams(args.least_beams);
     let config = DriverConfig::default();
     let config = if args.patient { config.patient() } else { config };
     let (bus, mut heard) = Bus::open(std::slice::from_ref(&args.can), &mut |_| {}).await?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use rowscan_check::SprayerRun;
 use rowscan_ports::clock::Stopwatch;
 use rowscan_sprayer::Boom;
-use rowscan_study::spraying::{self, SprayingError};
+use rowscan_study::spraying::{self, Controlled, SprayingError};
 
 use super::blocking::off_runtime;
 use super::interrupt::Interrupt;
@@ -17,8 +17,6 @@ use super::{Failure, Format, Outcome};
 
 /// The boom where none is named.
 const BOOM: &str = include_str!("../../sprayer/boom.toml");
-/// From the end of a scan until a valve hears of it: computing and the bus, seconds.
-const LATE_S: f64 = 0.02;
 
 /// What of `demo`'s flags counts here.
 pub(super) struct Asked<'a> {
@@ -52,17 +50,19 @@ pub(super) async fn run(asked: Asked<'_>, interrupt: &mut Interrupt) -> Result<O
         let why = "expected a speed above 0, found `speed_m_s = 0` in the rig: the tractor would never pass the row";
         return Err(Failure::Usage(why.to_owned()));
     }
-    let Some(stage) = interrupt.or(scene::grow(scene)).await.transpose()? else { return Ok(Outcome::Done) };
+    let Some(stage) = interrupt.or(scene::grow(scene)).await.transpose()? else {
+        return Ok(Outcome::Interrupted(interrupt.signal().await));
+    };
     let work = move || -> Result<(SprayerRun, u64, u64), Failure> {
         let seed = stage.scene.seed;
-        let sprayed = spraying::spray(&stage, boom, (LATE_S, LATE_S))?;
+        let sprayed = spraying::spray(&stage, boom, Controlled::default())?;
         let run = SprayerRun::judged(sprayed.pass, sprayed.log, stage.orchard.into());
         // Rays take a moment: before anything is told.
         run.interception();
         Ok((run, seed, sprayed.scans))
     };
     let Some(ended) = interrupt.or(off_runtime("spray the row", work)).await else {
-        return Ok(Outcome::Done);
+        return Ok(Outcome::Interrupted(interrupt.signal().await));
     };
     let (run, seed, scans) = ended?;
     say(format_args!(

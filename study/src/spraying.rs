@@ -8,11 +8,14 @@ use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
 use rowscan_protocol::validity::ScanFault;
 use rowscan_sprayer::boom::Zone;
+use rowscan_sprayer::controller::LEAST_BEAMS;
 use rowscan_sprayer::{Boom, Command, CommandLog, Controller, ControllerError, Drive, Pass, Target};
 use rowscan_vehicle::Tractor;
 
 /// The tractor's ECU says its speed so often, ns.
 const SPEED_NS: u64 = 100_000_000;
+/// From the end of a scan until a valve hears of it, as the reference controller has it, seconds.
+const LATE_S: f64 = 0.02;
 /// Farther back than any nozzle sees, metres.
 const FAR_M: f64 = 1e4;
 
@@ -31,9 +34,31 @@ pub enum SprayingError {
     /// The controller does not fit the boom or the rig.
     #[error(transparent)]
     Controller(#[from] ControllerError),
+    /// Nobody sees the boom's spray here.
+    #[error(
+        "a boom with `[drops]`, whose spray scanners see, is driven in scenarios of `rowscan check` only; leave out `[drops]` here"
+    )]
+    Drops,
     /// A scanner that only speaks on a line.
     #[error("expected scanners with CoLa, found a {0}; name another model in the rig")]
     Line(&'static str),
+}
+
+/// How the reference controller is set, and how late what it says comes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Controlled {
+    /// A command reaches its valve so long after the scan that it follows from, seconds.
+    pub late_s: f64,
+    /// What the controller assumes of that, seconds.
+    pub assumed_late_s: f64,
+    /// Beams of a scan before a nozzle that it takes for canopy.
+    pub least_beams: u16,
+}
+
+impl Default for Controlled {
+    fn default() -> Self {
+        Self { late_s: LATE_S, assumed_late_s: LATE_S, least_beams: LEAST_BEAMS }
+    }
 }
 
 /// A row that was sprayed: what was wanted, and what the controller said.
@@ -47,18 +72,21 @@ pub struct Sprayed {
     pub scans: u64,
 }
 
-/// Drives the scanners of a stage past its row, has the reference controller command `boom`, and ends at the row's end. A command reaches its valve `late_s` seconds after the scan
-/// that it follows from; the controller assumes `assumed_late_s`. What stands before the first scan nobody has seen: it is not wanted.
+/// Drives the scanners of a stage past its row, has the reference controller command `boom`, and ends at the row's end. What stands before the first scan nobody has seen: it is not wanted.
 ///
 /// # Errors
 /// Scanners, rig and boom that do not fit each other.
 pub fn spray(
     stage: &Stage,
     boom: Boom,
-    (late_s, assumed_late_s): (f64, f64),
+    Controlled { late_s, assumed_late_s, least_beams }: Controlled,
 ) -> Result<Sprayed, SprayingError> {
+    if boom.drops.is_some() {
+        return Err(SprayingError::Drops);
+    }
     let tractor = stage.tractor();
-    let mut controller = Controller::new(boom.clone(), &stage.rig.scanners, assumed_late_s)?;
+    let mut controller =
+        Controller::new(boom.clone(), &stage.rig.scanners, assumed_late_s)?.with_least_beams(least_beams);
     let mut eyes = eyes(stage, &tractor)?;
     let hertz = eyes.first().map_or(1.0, |(_, hertz, _)| *hertz);
     let end = SimTime((stage.scans_to_row_end(hertz) as f64 / hertz * 1e9) as u64);

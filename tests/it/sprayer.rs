@@ -254,6 +254,11 @@ fn a_controller_that_sees_its_own_spray_wastes_and_without_drops_it_passes() {
     let (found, unseen) = told("unseen");
     passes(&found);
     assert!(seen > unseen + 0.2, "{seen} with its spray, {unseen} without");
+    // Where the spray is not seen, such a boom is refused.
+    let (boom, scene) = (source.join("seen-boom.toml"), source.join("seen-wall.toml"));
+    let demo = run(&["demo", text(&scene), "--spray", "--boom", text(&boom)]);
+    assert_eq!((demo.code, demo.stdout.as_str()), (Some(2), ""), "{}", demo.stderr);
+    assert_says(&demo.stderr, &["leave out `[drops]`"]);
     // A scene whose scanners see nothing in the air is refused with the remedy.
     std::fs::write(folder.path().join("seen-boom.toml"), read("seen-boom.toml")).expect("written");
     let scene = read("seen-wall.toml").replace("echoes,energy,air", "echoes,energy");
@@ -496,6 +501,38 @@ fn a_study_varies_the_sprayer_and_tells_litres_by_ground_leaf_wall_and_row_volum
     });
     let merged = run(&["study", "merge", text(&parts[0]), text(&parts[1]), "--format", "csv"]);
     assert_eq!((merged.code, merged.stdout == whole.stdout), (Some(0), true), "{}", merged.stderr);
+}
+
+/// Who waits for many beams misses thin tips, and sprays less.
+#[test]
+fn a_study_varies_how_many_beams_are_canopy_to_the_controller() {
+    let folder = study_folder();
+    let path = folder.path().join("study.toml");
+    let by_beams = STUDY.replace("sprayer.sections", "sprayer.least_beams");
+    std::fs::write(&path, by_beams.replace("[1, 6]", "[1, 40]")).expect("written");
+    let ended = run(&["study", "run", text(&path), "--format", "csv"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let mut reader = csv::Reader::from_reader(ended.stdout.as_bytes());
+    let head = reader.headers().expect("a head").clone();
+    let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
+    let at = |row: &csv::StringRecord, name: &str| -> f64 {
+        let place = head.iter().position(|found| found == name).expect(name);
+        row[place].parse().expect("a number")
+    };
+    let of = |beams: f64| {
+        let is = |row: &&csv::StringRecord| {
+            at(row, "sprayer.least_beams") == beams && at(row, "sprayer.latency_ms") == 0.0
+        };
+        rows.iter().find(is).expect("a point")
+    };
+    let (one, many) = (of(1.0), of(40.0));
+    for key in ["spray.recall", "spray.litres"] {
+        assert!(at(one, key) > at(many, key) * 1.01, "{key}: {}", ended.stdout);
+    }
+    std::fs::write(&path, by_beams.replace("[1, 6]", "[0]")).expect("written");
+    let ended = run(&["study", "run", text(&path)]);
+    assert_eq!((ended.code, ended.stdout.as_str()), (Some(2), ""), "{}", ended.stderr);
+    assert_says(&ended.stderr, &["expected 1 to 1000"]);
 }
 
 #[test]

@@ -143,7 +143,7 @@ fn boom_beside(study: &Path, name: &str) -> Result<SweptSprayer, Complaint> {
     let refuse = |why: String| Complaint::new("boom", format!("`boom`: {}: {why}", path.display()));
     let text = rowscan_files::read_text(&path).map_err(|cause| refuse(cause.to_string()))?;
     let boom = Boom::read(&text).map_err(|error| refuse(error.to_string()))?;
-    Ok(SweptSprayer { boom, latency_ms: 0.0, sections: None })
+    Ok(SweptSprayer { boom, latency_ms: 0.0, sections: None, least_beams: None })
 }
 
 fn study(

@@ -8,13 +8,11 @@ use rowscan_sprayer::{Boom, Edge, Edges, Flow, Score};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use crate::spraying::{self, Sprayed, SprayingError};
+use crate::spraying::{self, Controlled, Sprayed, SprayingError};
 use crate::{Setting, settings};
 
 /// What its keys begin with in a study.
 const PREFIX: &str = "sprayer.";
-/// From the end of a scan until a valve hears of it, as the controller assumes, seconds.
-const LATE_S: f64 = 0.02;
 /// Rays of a bundle: a study is of means over many of them.
 const RAYS: u32 = 8;
 /// Square metres of a hectare.
@@ -32,6 +30,9 @@ pub struct SweptSprayer {
     /// Sections of each side, evenly over the height of those in the boom, with its nozzles dealt out evenly, one each at least; as the boom has them where left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sections: Option<u16>,
+    /// Beams of a scan in a nozzle's share of height that the controller takes for canopy; the reference controller's 2 where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_beams: Option<u16>,
 }
 
 /// Those of the outputs that are shares, from 0 to 1: a figure has them on one scale.
@@ -83,8 +84,21 @@ impl SweptSprayer {
         if self.sections.is_some_and(|sections| !(1..=32).contains(&sections)) {
             return Err("`sections`: expected 1 to 32".to_owned());
         }
+        if self.least_beams.is_some_and(|beams| !(1..=1000).contains(&beams)) {
+            return Err("`least_beams`: expected 1 to 1000".to_owned());
+        }
         self.cut().validate().map_err(|error| error.to_string())?;
         Ok(self)
+    }
+
+    /// The controller.
+    fn controlled(&self) -> Controlled {
+        let usual = Controlled::default();
+        Controlled {
+            late_s: usual.late_s + self.latency_ms / 1e3,
+            least_beams: self.least_beams.unwrap_or(usual.least_beams),
+            ..usual
+        }
     }
 
     /// The boom with its sections.
@@ -99,10 +113,12 @@ impl SweptSprayer {
                 (low.min(section.z_from_m), high.max(section.z_to_m))
             });
             // The same flow of the whole side, and the same nozzles where they can be dealt out: what differs is which of them open together.
-            let nozzles_of = |section: &Section| section.nozzles.unwrap_or(1);
-            let flow_l_min: f64 =
-                own().map(|section| section.flow_l_min * f64::from(nozzles_of(section))).sum();
-            let nozzles = own().map(nozzles_of).sum::<u16>().div_ceil(count).max(1);
+            let sprays = self.boom.nozzles().into_iter().filter(|nozzle| nozzle.side == side);
+            let (all, flow_l_s) =
+                sprays.fold((0_u16, 0.0), |(all, flow_l_s), nozzle| (all + 1, flow_l_s + nozzle.flow_l_s));
+            let nozzles = all.div_ceil(count).max(1);
+            // As the first section's nozzles have it: at their pressure.
+            let flow_l_min = flow_l_s * 60.0 / (self.boom.pressure_bar / first.at_bar).sqrt();
             let step_m = (high - low) / f64::from(count);
             boom.sections.extend((0..count).map(|place| Section {
                 id: format!("{side:?}-{}", place + 1),
@@ -120,7 +136,7 @@ impl SweptSprayer {
 
     /// Sprays a stage's row, and gives these outputs; one that is unknown is none.
     pub(super) fn spray(&self, stage: &Stage, keys: &[&str]) -> Result<Vec<Option<f64>>, SprayingError> {
-        let sprayed = spraying::spray(stage, self.cut(), (LATE_S + self.latency_ms / 1e3, LATE_S))?;
+        let sprayed = spraying::spray(stage, self.cut(), self.controlled())?;
         let found = Found::of(&sprayed, &stage.orchard);
         Ok(keys.iter().map(|key| found.value(key)).collect())
     }
@@ -205,5 +221,43 @@ impl Found {
             _ => None,
         };
         found.filter(|found| found.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rowscan_sprayer::Side;
+
+    use super::*;
+
+    #[test]
+    fn other_sections_spray_as_much_whatever_their_nozzles_are_listed_by() {
+        let text = "version = 1\npressure_bar = 5\n\
+            [[section]]\nid = \"a\"\nside = \"left\"\nz_from_m = 0.5\nz_to_m = 1\nnozzles = 3\nflow_l_min = 0.8\n\
+            [[section]]\nid = \"b\"\nside = \"left\"\nz_from_m = 1\nz_to_m = 2\nat_bar = 3\n\
+            [[section.nozzle]]\nz_from_m = 1\nz_to_m = 1.4\nflow_l_min = 2\n\
+            [[section.nozzle]]\nz_from_m = 1.4\nz_to_m = 2\n\
+            [[section]]\nid = \"c\"\nside = \"right\"\nz_from_m = 0\nz_to_m = 1\n";
+        let boom = Boom::read(text).expect("a boom");
+        let flow = |boom: &Boom, side| -> f64 {
+            boom.nozzles().iter().filter(|nozzle| nozzle.side == side).map(|nozzle| nozzle.flow_l_s).sum()
+        };
+        for sections in [1, 2, 5, 9] {
+            let cut = SweptSprayer {
+                boom: boom.clone(),
+                latency_ms: 0.0,
+                sections: Some(sections),
+                least_beams: None,
+            }
+            .cut();
+            assert_eq!(cut.sections.len(), 2 * usize::from(sections));
+            for side in [Side::Left, Side::Right] {
+                let (now, before) = (flow(&cut, side), flow(&boom, side));
+                assert!(
+                    (now / before - 1.0).abs() < 1e-12,
+                    "{sections} {side:?}: {now} l/s, {before} before"
+                );
+            }
+        }
     }
 }

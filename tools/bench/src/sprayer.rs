@@ -7,7 +7,7 @@ use std::time::Instant;
 use rowscan_emulator::stage::Stage;
 use rowscan_scenes::files;
 use rowscan_sprayer::{Boom, Edges, Score, oracle};
-use rowscan_study::spraying;
+use rowscan_study::spraying::{self, Controlled};
 
 use crate::measure::{Case, Report};
 
@@ -15,8 +15,6 @@ use crate::measure::{Case, Report};
 const WANTED: f64 = 20.0;
 /// Sections of a side.
 const SECTIONS: usize = 8;
-/// From scan to valve, seconds.
-const LATE_S: f64 = 0.02;
 
 const SCENE: &str = "version = 2
 [orchard]
@@ -43,7 +41,7 @@ pub fn run(report: &mut Report, _arguments: &[String]) {
     };
     pool.install(|| {
         let start = Instant::now();
-        let sprayed = match spraying::spray(&stage, boom, (LATE_S, LATE_S)) {
+        let sprayed = match spraying::spray(&stage, boom, Controlled::default()) {
             Ok(sprayed) => sprayed,
             Err(why) => return eprintln!("sprayer: {why}"),
         };
