@@ -49,7 +49,9 @@ pub(super) static MRS1000: Model = Model {
         "LMPautostartmeas",
     ],
     times: Times {
-        first_scan: Duration::from_millis(15_038),
+        // Together the 15 038 ms that were recorded from the start to the first scan; how they are shared is assumed: as an LMS1xx's, whose mirror turns by then.
+        spin_up: Duration::from_millis(14_958),
+        first_scan: Duration::from_millis(80),
         start_reply: Duration::from_millis(3),
         ..LMS1XX.times
     },
