@@ -153,6 +153,13 @@ impl Device {
         }
     }
 
+    /// Lines that a turn is sent with.
+    pub fn lines_a_turn(&self) -> usize {
+        let layers = self.model.compact.map_or(0, |compact| compact.layers.len());
+        let seen = Seen::new(&self.settings.variables);
+        if layers == 0 { 1 } else { (0..layers).filter(|layer| seen.layers.sends(*layer)).count() }
+    }
+
     /// Turns from one that is sent as telegrams to the next.
     pub fn turn_interval(&self) -> u64 {
         let variables = &self.settings.variables;
