@@ -359,6 +359,11 @@ impl ScannerView {
         self.lines.iter().map(Line::measured).collect()
     }
 
+    /// What the beams of line number `line` of the turn last cast met, as [`returns`](Self::returns) has it of the first.
+    pub fn returns_of(&self, line: usize) -> &[Return] {
+        self.lines.get(line).map_or(&[], |line| &line.returns)
+    }
+
     /// Where the beams of the line last cast went out, and which they are; none before the first, and none of a layer that is more than
     /// [`LEVEL_DEG`] inclined, whose beams lie in no plane.
     pub fn sight(&self) -> Option<(BeamGrid, Sight)> {

@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 
+use super::seen::Seen;
 use super::state::{Device, Mirror};
 use crate::angle::BeamGrid;
 use crate::compact::TO_COLA;
@@ -69,12 +70,24 @@ impl Device {
         self.model.compact.is_some_and(|compact| !compact.layers.is_empty())
     }
 
-    /// What the mirror does for each line of its next turn: the line of [`mirror`](Self::mirror) first.
+    /// The layers that have a line in each turn as somebody sees it: the level one, and those that are sent.
+    pub(super) fn layers_seen(&self) -> Vec<UnitLayer> {
+        let seen = Seen::new(&self.settings.variables);
+        let mut layers = self.unit_layers();
+        let mut place = 0;
+        layers.retain(|found| {
+            place += 1;
+            place == 1 || seen.layers.sends(found.number)
+        });
+        layers
+    }
+
+    /// What the mirror does for each line of its next turn: the line of [`mirror`](Self::mirror) first. Layers that are not sent have none but that.
     pub fn mirrors(&self) -> Vec<Mirror> {
         let mirror = self.mirror();
         let of_layer =
             |found: &UnitLayer| Mirror { beams: found.beams(), layer_centideg: found.code(), ..mirror };
-        let layers = self.unit_layers();
+        let layers = self.layers_seen();
         if layers.is_empty() { alloc::vec![mirror] } else { layers.iter().map(of_layer).collect() }
     }
 

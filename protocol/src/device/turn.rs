@@ -70,7 +70,7 @@ impl<'a> Turn<'a> {
             line,
             segments: segments(line, width_deg),
         };
-        let layers = device.unit_layers();
+        let layers = device.layers_seen();
         if layers.is_empty() {
             return lines.first().map(|line| of(0, 0.0, line)).into_iter().collect();
         }

@@ -296,6 +296,8 @@ fn a_segment_with_a_line_beside_its_place_is_told() {
 #[test]
 fn lines_of_layers_that_are_off_are_not_sent() {
     let mut bench = streaming(5);
+    let mut by_height: Vec<i16> = bench.device.mirrors().iter().map(|mirror| mirror.layer_centideg).collect();
+    by_height.sort_unstable();
     // The second and the sixth, counted from the highest.
     bench.table(&[
         ("sRN LFPlayerFilter", "sRA LFPlayerFilter 0 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1"),
@@ -306,8 +308,6 @@ fn lines_of_layers_that_are_off_are_not_sent() {
     assert_eq!(shapes(&scan_of(&some.datagrams[0][3]).modules.0), [[1, 30, 1], [1, 240, 1]]);
     let (scans, _) = heard(some.datagrams.iter().flatten());
     let layers: BTreeSet<i16> = scans.iter().map(|scan| scan.layer_centideg).collect();
-    let mut by_height = some.mirrors.iter().map(|mirror| mirror.layer_centideg).collect::<Vec<_>>();
-    by_height.sort_unstable();
     assert_eq!((scans.len(), layers), (6, BTreeSet::from([by_height[1], by_height[5]])));
     assert!(scans.iter().all(|scan| scan.scan_frequency_hz == 20.0));
     // The filter's layers without effect while it is off; none of them: nothing goes out.
