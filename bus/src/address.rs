@@ -24,6 +24,12 @@ pub enum BusAddress {
     Lines(PathBuf),
     /// `lines-tcp:HOST:PORT`: a server of lines of text.
     LinesTcp(String),
+    /// `agopengps:HOST:PORT`: a machine module of AgOpenGPS, by UDP.
+    Agopengps(String),
+    /// `udp-aog:HOST:PORT`: a CAN bridge as AgOpenGPS's task controller has it, which listens there.
+    Bridge(String),
+    /// `udp-aog-listen:HOST:PORT`: such a bridge, which listens here.
+    BridgeListen(String),
     /// `udp:GROUP:PORT`: python-can's `udp_multicast`.
     Udp(SocketAddr),
     /// `candump:FILE`: a log as candump -L writes it.
@@ -34,7 +40,8 @@ pub enum BusAddress {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "expected slcan:LINK, socketcan:INTERFACE, socketcand:HOST:PORT (a server), socketcand-client:HOST:PORT/BUS, lines:LINK, lines-tcp:HOST:PORT, \
-     udp:GROUP:PORT (a multicast group such as 239.74.163.2:43113) or candump:FILE, found `{0}`"
+     agopengps:HOST:PORT, \
+     udp-aog:HOST:PORT, udp-aog-listen:HOST:PORT, udp:GROUP:PORT (a multicast group such as 239.74.163.2:43113) or candump:FILE, found `{0}`"
 )]
 pub struct BusAddressError(String);
 
@@ -59,6 +66,9 @@ impl FromStr for BusAddress {
             }
             "lines" => Ok(Self::Lines(place.into())),
             "lines-tcp" if place.contains(':') => Ok(Self::LinesTcp(place.to_owned())),
+            "agopengps" if place.contains(':') => Ok(Self::Agopengps(place.to_owned())),
+            "udp-aog" if place.contains(':') => Ok(Self::Bridge(place.to_owned())),
+            "udp-aog-listen" if place.contains(':') => Ok(Self::BridgeListen(place.to_owned())),
             "udp" => place
                 .parse()
                 .ok()
@@ -86,6 +96,10 @@ mod tests {
         assert_eq!("socketcand-client:gate:29536/can1".parse(), Ok(client("gate:29536", "can1")));
         assert_eq!("socketcand-client:gate:29536".parse(), Ok(client("gate:29536", "can0")));
         assert!("socketcand-client:gate:1/a b".parse::<BusAddress>().is_err());
+        assert_eq!("agopengps:127.0.0.1:8888".parse(), Ok(BusAddress::Agopengps("127.0.0.1:8888".into())));
+        assert!("agopengps:8888".parse::<BusAddress>().is_err());
+        assert_eq!("udp-aog:127.0.0.1:2234".parse(), Ok(BusAddress::Bridge("127.0.0.1:2234".into())));
+        assert_eq!("udp-aog-listen:[::1]:0".parse(), Ok(BusAddress::BridgeListen("[::1]:0".into())));
         assert!(matches!("udp:239.74.163.2:43113".parse(), Ok(BusAddress::Udp(_))));
         for wrong in [
             "can0",

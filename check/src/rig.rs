@@ -18,6 +18,8 @@ use rowscan_emulator::{Compute, EndWhen, Gaps, Sleeps};
 use rowscan_protocol::device::{DialectPolicy, Start};
 use rowscan_recording::{About, Taps};
 use rowscan_scenes::files::{Warning, load_scene, rig_text};
+use rowscan_scenes::optics;
+use rowscan_sprayer::plumes::plumes;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_vehicle::Tractor;
 
@@ -31,7 +33,7 @@ use crate::run_file::RunFile;
 use crate::scenario::{ComputeSpec, DeviceKind, DeviceSpec as ScenarioDevice, End, Mode, Scenario};
 use crate::sentences::Sentences;
 use crate::signal::Source;
-use crate::sprayer::{BoomSensors, NAME, SprayerPart, SprayerSpec};
+use crate::sprayer::{BoomSensors, BoomSpray, NAME, SprayerPart, SprayerSpec};
 use crate::task_controller::{self, TaskControllerPart, TaskSpec};
 use crate::verdict::name_of;
 use crate::witness::Witness;
@@ -92,6 +94,10 @@ impl ScenarioRig {
         folder: &Path,
         (faults, onlooker, is_kept): (&[ScenarioFault], Option<&dyn Onlooker>, bool),
     ) -> Result<Self, Failure> {
+        let stage = match &scenario.sprayer {
+            Some(spec) => sprayed(stage, spec)?,
+            None => stage,
+        };
         let scale = scenario.clock.scale.map_or(TimeScale::Max, TimeScale::Paced);
         let mut places = BTreeMap::new();
         let compute = compute(scenario);
@@ -226,12 +232,38 @@ impl Desks {
         });
         functions.extend(client);
         // Behind the client: what its sections are told now is seen now.
-        functions.extend(own.boom.sensors.map(|sensors| {
-            let beside = (part, tractor, self.sections.clone());
-            Box::new(BoomSensors::new(own, sensors, stage.scene.seed, beside)) as Box<_>
-        }));
+        let beside = (part, tractor, self.sections.clone());
+        functions.extend(
+            own.boom.drops.map(|_| Box::new(BoomSpray::new(own, stage.scene.seed, beside.clone())) as Box<_>),
+        );
+        functions.extend(
+            own.boom
+                .sensors
+                .map(|sensors| Box::new(BoomSensors::new(own, sensors, stage.scene.seed, beside)) as Box<_>),
+        );
         functions
     }
+}
+
+/// The stage with the spray of the boom's nozzles before its scanners, where the boom says which drops it makes.
+fn sprayed(stage: Stage, spec: &SprayerSpec) -> Result<Stage, String> {
+    if spec.boom.drops.is_none() {
+        return Ok(stage);
+    }
+    let optics = &stage.scene.optics;
+    if !optics.stages.has(optics::Stage::Air) {
+        return Err(format!(
+            "`sprayer.boom`: its `[drops]` let scanners see the spray, and the scene's optics have no stage `air`, found \"{}\"; add \
+             `stages = \"device\"` to `[optics]` of the scene, or leave out `[drops]`",
+            optics.stages
+        ));
+    }
+    if !optics.air.plumes.is_empty() {
+        return Err("`sprayer.boom`: its nozzles are seen as plumes, by `[drops]`, and the scene has plumes of its own; leave out \
+                    `[drops]` of the boom, or `[[optics.air.plume]]` of the scene"
+            .to_owned());
+    }
+    Ok(stage.with_plumes(|mount| plumes(&spec.boom, mount)))
 }
 
 fn end(end: End) -> EndWhen {

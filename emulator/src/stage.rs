@@ -6,7 +6,7 @@ use rowscan_protocol::device::{Device, Identity, ModeError};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model, ScanMode};
 use rowscan_protocol::rig::{Mount, Rig};
-use rowscan_scenes::optics::{self, Eye, EyeModel, RangeLimits};
+use rowscan_scenes::optics::{self, Eye, EyeModel, Plume, RangeLimits};
 use rowscan_scenes::{Caster, GrowError, Orchard, Scene};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::gnss::Receiver;
@@ -26,6 +26,8 @@ pub struct Stage {
     /// The grown orchard.
     pub orchard: Orchard,
     caster: Arc<Caster>,
+    /// What the nozzles of a boom spray before each scanner, besides the scene's own plumes.
+    plumes: Vec<Vec<Plume>>,
 }
 
 /// Why a scanner could not be put on the stage.
@@ -49,13 +51,27 @@ impl Stage {
     /// A stage on which another orchard stands than the scene grows: one that was grown before, or changed.
     pub fn of_orchard(scene: Scene, orchard: Orchard) -> Self {
         let caster = Arc::new(Caster::new(&orchard));
-        Self { rig: scene.resolved_rig(), true_rig: scene.true_rig(), scene, orchard, caster }
+        Self {
+            rig: scene.resolved_rig(),
+            true_rig: scene.true_rig(),
+            scene,
+            orchard,
+            caster,
+            plumes: Vec::new(),
+        }
+    }
+
+    /// The same with these plumes before each scanner of the rig, in their order, found by where it really sits.
+    #[must_use]
+    pub fn with_plumes(self, of_mount: impl Fn(&Mount) -> Vec<Plume>) -> Self {
+        let plumes = self.true_rig.scanners.iter().map(of_mount).collect();
+        Self { plumes, ..self }
     }
 
     /// The same orchard with another rig or other optics; what `scene` says of trees is not looked at.
     #[must_use]
     pub fn with_scene(self, scene: Scene) -> Self {
-        Self { rig: scene.resolved_rig(), scene, ..self }
+        Self { rig: scene.resolved_rig(), true_rig: scene.true_rig(), scene, ..self }
     }
 
     /// A tractor at its start, for the rig's scanners to ride on.
@@ -134,7 +150,8 @@ impl Stage {
 
     /// The eye of the rig's scanner number `index`, a device of `model`; none where the scene's optics are ideal.
     fn eye(&self, index: usize, model: AnyModel) -> Option<Eye> {
-        let settings = &self.scene.optics;
+        let mut settings = self.scene.optics.clone();
+        settings.air.plumes.extend(self.plumes.get(index).into_iter().flatten().cloned());
         let (min_range_m, max_range_m) = model.range_m();
         let limits = RangeLimits { min_range_m, max_range_m };
         let of_model = EyeModel { optics: model.optics(), echoes: model.echoes(), limits };
@@ -144,7 +161,7 @@ impl Stage {
             .get(index)
             .map_or_else(|| Mount::default().roof_sense(), Mount::roof_sense);
         (!settings.stages.is_ideal())
-            .then(|| Eye::new(of_model, settings, self.scene.seed, index).under_roof(roof_sense))
+            .then(|| Eye::new(of_model, &settings, self.scene.seed, index).under_roof(roof_sense))
     }
 
     /// What the beams meet.

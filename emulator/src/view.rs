@@ -228,7 +228,10 @@ impl ScannerView {
         eye.suppress_fog(mirror.suppresses_fog);
         let driven_s = Duration::from_nanos(view.moment).as_secs_f64();
         let drive = optics::Moment { driven_s, y_m: view.pose.y_m };
-        eye.spray(drive, &|nozzle| tractor.nozzle_duty(nozzle, at));
+        eye.spray(drive, &|source| match source {
+            optics::Source::Plume(number) => tractor.nozzle_duty(number, at),
+            optics::Source::Nozzle(number) => Some(tractor.nozzle_flow(number, at)),
+        });
         eye.look(caster, view.pose, view.advance_m, view.moment);
         for (number, echo) in line.echoes.iter_mut().enumerate() {
             eye.write(number, &mut echo.range_mm, &mut echo.remission);

@@ -178,12 +178,12 @@ fn a_multiscan136_has_its_own_field_and_a_filter_of_layers() {
     assert_eq!(bench.get("DeviceIdent")["DeviceIdent"]["Name"], "multiScan");
     assert_eq!(bench.get("DeviceType"), json!({ "DeviceType": "multiScan1xxx" }));
     let mut layers = bench.get("LFPlayerFilter")["LFPlayerFilter"].clone();
-    assert_eq!(layers, json!({ "bEnable": false, "aLayers": [true; 16] }));
+    assert_eq!(layers, json!({ "bEnable": false, "aLayers": vec![true; 16] }));
     layers["aLayers"][3] = json!(false);
     assert_eq!(bench.set("LFPlayerFilter", layers.clone()), 0);
     assert_eq!(bench.get("LFPlayerFilter")["LFPlayerFilter"], layers);
     // A list that is too short, and one of numbers.
-    for wrong in [json!([true; 15]), json!([1; 16])] {
+    for wrong in [json!(vec![true; 15]), json!(vec![1; 16])] {
         assert_eq!(bench.set("LFPlayerFilter", json!({ "bEnable": true, "aLayers": wrong })), 2);
     }
     assert_eq!(bench.set("ScanDataPreformatting", json!(2)), 6);

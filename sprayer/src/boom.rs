@@ -3,6 +3,7 @@
 use rowscan_strict_toml::{TomlError, from_toml};
 use serde::{Deserialize, Serialize};
 
+use crate::drops::Drops;
 use crate::hydraulics::{Hydraulics, RateTable, Wrong};
 use crate::sensors::Sensors;
 use crate::span::Span;
@@ -63,6 +64,9 @@ pub struct Boom {
     /// What its sensors tell on the bus; nothing is told where left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensors: Option<Sensors>,
+    /// The drops that its nozzles make; scanners do not see its spray where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drops: Option<Drops>,
     /// The sections.
     #[serde(rename = "section")]
     #[schemars(example = empty())]
@@ -331,6 +335,10 @@ impl Boom {
             let expected = "0.01 to 100000 pulses a litre";
             within("sensors.pulses_per_l", sensors.pulses_per_l, 0.01, 1e5, expected)?;
             within("sensors.tank_l", sensors.tank_l.unwrap_or(1.0), 0.01, 6000.0, "0.01 to 6000 l")?;
+        }
+        if let Some(drops) = self.drops {
+            within("drops.drop_um", drops.drop_um, 10.0, 5000.0, "10 to 5000 µm")?;
+            within("drops.speed_m_s", drops.speed_m_s, 0.1, 200.0, "0.1 to 200 m/s")?;
         }
         if self.sections.is_empty() {
             return Err(value_error("section", "1 section or more", 0));

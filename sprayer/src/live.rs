@@ -2,18 +2,18 @@
 
 use rowscan_fault_table::sprayer::SprayerFault;
 
-use crate::boom::{Boom, Nozzle};
-use crate::commands::{Command, Duties, Target};
+use crate::boom::Boom;
+use crate::commands::{Command, Target};
 use crate::flow::Flow;
 use crate::hydraulics::{Node, Signals};
-use crate::pass::valve_flows;
 use crate::sensors::Sensors;
 use crate::span::{Span, Spans};
 use crate::troubles::Troubles;
-use crate::valve::{Kind, Step, Valve};
+use crate::valve::Step;
 
-/// A valve that settles has settled after so many time constants, to the last digit.
-const SETTLED: f64 = 40.0;
+mod valves;
+
+pub use valves::Valves;
 
 /// What the sensors see.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,67 +43,42 @@ pub struct States {
 /// A boom while it runs.
 #[derive(Clone, Debug)]
 pub struct Live {
-    boom: Boom,
+    valves: Valves,
     sensors: Sensors,
-    nozzles: Vec<Nozzle>,
-    /// Of valves that run free.
-    seed: u64,
-    duties: Duties,
     openings: Vec<Step>,
     node: Option<Node>,
     /// Of the last look.
-    at_s: f64,
     litres: f64,
     pulses: f64,
-    /// What its valves do depends on what they were told in so many seconds before.
-    memory_s: f64,
 }
 
 impl Live {
     /// `boom` with these sensors at time 0, all shut. Phases of valves that run free follow from `seed`, as in [`crate::Pass`].
     pub fn new(boom: Boom, sensors: Sensors, seed: u64) -> Self {
-        let nozzles = boom.nozzles();
-        let memory_s = nozzles.iter().map(|nozzle| memory_s(&nozzle.valve)).fold(0.0, f64::max);
         Self {
             node: boom.hydraulics.map(|keys| Node::new(&boom, keys)),
-            duties: Duties::new(&boom),
+            valves: Valves::new(boom, seed),
             openings: Vec::new(),
-            boom,
             sensors,
-            nozzles,
-            seed,
-            at_s: 0.0,
             litres: 0.0,
             pulses: 0.0,
-            memory_s,
         }
-    }
-
-    /// The boom.
-    pub fn boom(&self) -> &Boom {
-        &self.boom
     }
 
     /// A command was heard, not before the last look.
     pub fn tell(&mut self, command: &Command) {
-        match command.target {
-            Target::Regulator => {
-                self.openings.push((command.at.as_secs_f64(), command.duty.clamp(0.0, 1.0)));
-                self.duties.tell(command);
-            }
-            _ => self.duties.tell(command),
+        if command.target == Target::Regulator {
+            self.openings.push((command.at.as_secs_f64(), command.duty.clamp(0.0, 1.0)));
         }
+        self.valves.tell(command);
     }
 
     /// Looks at the sensors at `at_s`, with what has gone wrong so far and the tractor's speed over time, m/s. Looks come in the order of time.
     pub fn look(&mut self, at_s: f64, troubles: &Troubles, speed_m_s: &dyn Fn(f64) -> f64) -> States {
-        let since = Span::new(self.at_s, at_s);
-        self.duties.silent(at_s);
-        let flows =
-            valve_flows((&self.boom, &self.nozzles, self.seed), self.duties.steps.clone(), troubles, at_s);
+        let (since, flows) = self.valves.look(at_s, troubles);
         let sections = self.sections(&flows, since);
         if let Some(node) = &mut self.node {
-            let at_m_s = self.boom.rate.map_or(1.0, |rate| rate.at_m_s);
+            let at_m_s = self.valves.boom().rate.map_or(1.0, |rate| rate.at_m_s);
             let rate = |at: f64| speed_m_s(at) / at_m_s;
             node.advance(
                 &flows,
@@ -119,9 +94,6 @@ impl Live {
         let metered: f64 = metering(troubles, since).map(|(span, ratio)| litres_in(span) * ratio).sum();
         self.litres += litres_in(since);
         self.pulses += metered * self.sensors.pulses_per_l;
-        self.at_s = at_s;
-        self.duties
-            .forget(troubles.0.iter().map(|trouble| trouble.from).fold(at_s, f64::min) - self.memory_s);
         let is_now = |fault: SprayerFault| {
             troubles.0.iter().any(|trouble| {
                 trouble.fault == fault && trouble.from <= at_s && trouble.to.is_none_or(|to| at_s < to)
@@ -147,25 +119,14 @@ impl Live {
         let times = Spans::of([since]);
         let full_s = since.length();
         let of_section = |(place, number): (usize, u16)| {
-            let own = self.nozzles.iter().zip(flows).filter(|(nozzle, _)| nozzle.section == place);
+            let own = self.valves.nozzles().iter().zip(flows).filter(|(nozzle, _)| nozzle.section == place);
             let (litres, full) = own.fold((0.0, 0.0), |(litres, full), (_, flow)| {
                 (litres + flow.litres_in(&times), full + flow.full_l_s * full_s)
             });
             (number, if full > 0.0 { litres / full } else { 0.0 })
         };
-        self.boom.numbers().enumerate().map(of_section).collect()
+        self.valves.boom().numbers().enumerate().map(of_section).collect()
     }
-}
-
-/// How long what a valve was told still acts, seconds.
-fn memory_s(valve: &Valve) -> f64 {
-    let ramps_ms = valve.on_ms + valve.off_ms + valve.rise_ms + valve.fall_ms + valve.min_pulse_ms;
-    let own_s = match valve.kind {
-        Kind::OnOff => 0.0,
-        Kind::Pwm => 2.0 / valve.hz,
-        Kind::Proportional => SETTLED * valve.tau_s,
-    };
-    2.0 * ramps_ms / 1e3 + own_s
 }
 
 /// The parts of a time in which the flow meter tells one share of the flow, with the shares.

@@ -183,6 +183,8 @@ impl Args {
 struct Outcomes {
     estimate: Estimate,
     truth: Truth,
+    /// True if the whole row was passed. Otherwise no error of the row is known, and none of the tree at which the drive ended.
+    row_passed: bool,
     /// (estimate − truth) / truth of the row's leaf area.
     leaf_area_error: Option<f64>,
     /// The same for the regression on I_T.
@@ -207,7 +209,9 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         return spray_demo::run(asked, &mut interrupt).await;
     }
     let watch = Stopwatch::start();
-    let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
+    let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else {
+        return Ok(Outcome::Interrupted(interrupt.signal().await));
+    };
     if stage.scene.drive == Drive::default() && stage.rig.speed_m_s == 0.0 {
         let why = "expected a speed above 0, found `speed_m_s = 0` in the rig: the tractor would never pass the row";
         return Err(Failure::Usage(why.to_owned()));
@@ -224,7 +228,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let config = DriverConfig { cola, lms2xx, prefer: prefer.into(), ..DriverConfig::default() };
     let config = if args.line(&stage)? == Line::Tcp { config.patient() } else { config };
     let Some(mut scanner) = interrupt.or(Scanner::open(&set_up.source, config)).await.transpose()? else {
-        return Ok(Outcome::Done);
+        return Ok(Outcome::Interrupted(interrupt.signal().await));
     };
     let telling = LinkTeller::start(&scanner, None, None);
     let bar = progress::bar("driving", "scans", scans);
@@ -232,11 +236,20 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         placing: Placing::new(Some(stage.rig.clone()), 0, stage.scene.drive.alley),
         points: Vec::new(),
     });
+    let mut stopped = None;
     let ended = tokio::select! {
         ended = follow(&mut scanner, &mut pipeline, set_up.latency.as_deref(), scans, (&bar, &mut seen)) => ended,
-        () = interrupt.wait() => Ok(()),
+        signal = interrupt.signal() => {
+            stopped = Some(signal);
+            Ok(())
+        }
     };
     bar.finish_and_clear();
+    let passed = pipeline.progress().scans;
+    let row_passed = passed >= scans;
+    if !row_passed {
+        say(format_args!("the drive ended after {passed} of {scans} scans: no error of the row is known"));
+    }
     let mut found = pipeline.finish();
     let heard = scanner.stop(STOP_TIMEOUT).await;
     found.heard_over(heard.telegrams_bad, heard.segments_lost);
@@ -246,10 +259,11 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let error = |estimate: Option<f64>| {
         estimate
             .map(|found| (found - truth.leaf_area_m2) / truth.leaf_area_m2)
-            .filter(|error| error.is_finite())
+            .filter(|error| error.is_finite() && row_passed)
     };
     let counts = set_up.counts();
     let outcomes = Outcomes {
+        row_passed,
         leaf_area_error: error(found.leaf.areas.best_m2().ok()),
         leaf_area_regression_error: error(found.leaf.areas.regression_m2().ok()),
         estimate: found,
@@ -268,7 +282,11 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         let work = move || pictured::demo(&path, &stage, &estimate, &points);
         off_runtime("draw the row", work).await?;
     }
-    Ok(if outcomes.estimate.is_withheld() { Outcome::Finding } else { Outcome::Done })
+    Ok(match stopped {
+        Some(signal) if !row_passed => Outcome::Interrupted(signal),
+        _ if !row_passed || outcomes.estimate.is_withheld() => Outcome::Finding,
+        _ => Outcome::Done,
+    })
 }
 
 /// What the picture shows of the scans: where their returns came from.
@@ -329,11 +347,15 @@ struct TreeBesideTruth<'a> {
 /// Every tree that has an estimate and a truth.
 fn beside_truth(outcomes: &Outcomes) -> Vec<TreeBesideTruth<'_>> {
     let pairs = outcomes.estimate.trees.iter().zip(&outcomes.truth.trees);
+    // The tree at which a drive ended was not passed.
+    let passed =
+        outcomes.estimate.trees.len() - usize::from(!outcomes.row_passed).min(outcomes.estimate.trees.len());
     pairs
-        .map(|(estimate, truth)| {
+        .enumerate()
+        .map(|(place, (estimate, truth))| {
             let leaf_area_m2 = truth.cell_leaf_area_m2;
             let error = |(found, real): (f64, f64)| (found - real) / real;
-            let known = estimate.leaf.areas.best_m2().ok().zip(leaf_area_m2);
+            let known = estimate.leaf.areas.best_m2().ok().zip(leaf_area_m2).filter(|_| place < passed);
             TreeBesideTruth {
                 estimate,
                 truth_leaf_area_m2: leaf_area_m2,

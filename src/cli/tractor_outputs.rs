@@ -19,7 +19,7 @@ const NEWS: usize = 16;
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Tractor")]
 pub(super) struct BusArgs {
-    /// A port of the CAN bus; repeatable: slcan:LINK, socketcan:can0, socketcand:ADDR, socketcand-client:HOST:PORT/BUS, lines:LINK, lines-tcp:ADDR, udp:GROUP:PORT, candump:FILE
+    /// A port of the CAN bus; repeatable: slcan:LINK, socketcan:can0, socketcand:ADDR, socketcand-client:HOST:PORT/BUS, lines:LINK, lines-tcp:ADDR, agopengps:ADDR, udp-aog:ADDR, udp-aog-listen:ADDR, udp:GROUP:PORT, candump:FILE
     #[arg(long, value_name = "PORT")]
     can: Vec<BusAddress>,
 }

@@ -44,10 +44,20 @@ fn send(child: &Child, signal: &str) {
 
 #[test]
 fn commands_that_serve_end_with_zero() {
-    for args in [&["emulate", "--tcp", "127.0.0.1:0"][..], &["demo", "--time-scale", "1"]] {
-        let ended = interrupted(args, Duration::ZERO);
-        assert_eq!(ended.code, Some(0), "{args:?}: {}", ended.stderr);
-    }
+    let args = ["emulate", "--tcp", "127.0.0.1:0"];
+    let ended = interrupted(&args, Duration::ZERO);
+    assert_eq!(ended.code, Some(0), "{args:?}: {}", ended.stderr);
+}
+
+#[test]
+fn a_demo_that_has_not_passed_its_row_tells_no_error_of_it() {
+    let ended = interrupted(&["demo", "--time-scale", "1", "--format", "json"], Duration::from_secs(4));
+    assert_eq!(ended.code, Some(130), "{}", ended.stderr);
+    assert!(ended.stderr.contains("no error of the row is known"), "{}", ended.stderr);
+    let told: serde_json::Value = serde_json::from_str(&ended.stdout).expect("what it has, as JSON");
+    assert_eq!(told["row_passed"], false, "{told}");
+    assert!(told["leaf_area_error"].is_null() && told["leaf_area_regression_error"].is_null(), "{told}");
+    assert!(told["truth"]["leaf_area_m2"].as_f64() > Some(0.0), "{told}");
 }
 
 #[test]

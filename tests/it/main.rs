@@ -14,6 +14,7 @@ mod any_bytes;
 mod bad_input;
 mod bench_library;
 mod blindness;
+mod bridges;
 mod calibrations;
 mod captures;
 mod check;

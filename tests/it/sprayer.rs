@@ -208,6 +208,64 @@ fn the_same_run_gives_the_same_valves_and_scores_to_the_byte() {
 }
 
 #[test]
+fn sections_told_as_agopengps_tells_its_modules_score_as_over_can_and_its_errors_fail_alike() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let keep = |name: &str| folder.path().join(name);
+    let Some(by_udp) = verdicts("agopengps.toml", "none", &keep("udp")) else { return };
+    passes(&by_udp);
+    passes(&judged("row.toml", "none", &keep("can")));
+    // Duties of sections that the boom has not come, too, and change nothing: scores are the same to the digit.
+    let [udp, can] = ["udp", "can"].map(|name| score(&keep(name), 0));
+    for key in ["recall", "waste", "litres"] {
+        assert_eq!(udp[key], can[key], "{key}");
+    }
+    for (fault, caught_by) in
+        [("no_compensation", "latency_error_m open"), ("reversed", "edges"), ("dead", "recall")]
+    {
+        let found = judged("agopengps.toml", fault, &keep(fault));
+        let is_caught =
+            found.iter().any(|(what, verdict, _)| what.contains(caught_by) && verdict == "failed");
+        assert!(is_caught, "{fault}: {found:?}");
+    }
+}
+
+/// What differs is only that the scanner sees the spray.
+#[test]
+fn a_controller_that_sees_its_own_spray_wastes_and_without_drops_it_passes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/scenarios/sprayer");
+    let read = |name: &str| std::fs::read_to_string(source.join(name)).expect("it is there");
+    for name in ["base.toml", "boom.toml", "seen.toml", "seen-wall.toml", "seen-boom.toml"] {
+        std::fs::write(folder.path().join(name), read(name)).expect("written");
+    }
+    let path = folder.path().join("seen.toml");
+    let told = |name: &str| {
+        let keep = folder.path().join(name);
+        let found = judged(text(&path), "none", &keep);
+        (found, score(&keep, 0)["waste"].as_f64().expect("it sprayed"))
+    };
+    let (found, seen) = told("seen");
+    let waste = found.iter().find(|(what, ..)| what.contains("waste")).expect("expected");
+    assert_eq!(waste.1, "failed", "{found:?}");
+    let drops = "[drops]\ndrop_um = 120\nspeed_m_s = 12\n";
+    let dry = read("seen-boom.toml").replace(drops, "");
+    assert_ne!(dry, read("seen-boom.toml"));
+    std::fs::write(folder.path().join("seen-boom.toml"), dry).expect("written");
+    let (found, unseen) = told("unseen");
+    passes(&found);
+    assert!(seen > unseen + 0.2, "{seen} with its spray, {unseen} without");
+    // A scene whose scanners see nothing in the air is refused with the remedy.
+    std::fs::write(folder.path().join("seen-boom.toml"), read("seen-boom.toml")).expect("written");
+    let scene = read("seen-wall.toml").replace("echoes,energy,air", "echoes,energy");
+    std::fs::write(folder.path().join("seen-wall.toml"), scene).expect("written");
+    let found = judged(text(&path), "none", &folder.path().join("refused"));
+    assert!(
+        found.iter().any(|(_, verdict, why)| verdict == "error" && why.contains("no stage `air`")),
+        "{found:?}"
+    );
+}
+
+#[test]
 fn a_controller_that_speaks_lines_scores_as_over_can_and_its_errors_fail_alike() {
     let folder = tempfile::tempdir().expect("a folder");
     let keep = |name: &str| folder.path().join(name);

@@ -25,6 +25,8 @@ struct Driven {
     reporting: Reporting,
     swaying: Swaying,
     nozzles: Nozzles,
+    /// What leaves the nozzles of its boom, as shares of full flow.
+    flows: Nozzles,
 }
 
 impl Driven {
@@ -68,6 +70,7 @@ impl Tractor {
             reporting: Reporting::default(),
             swaying: Swaying::default(),
             nozzles: Nozzles::default(),
+            flows: Nozzles::default(),
         })))
     }
 
@@ -165,9 +168,20 @@ impl Tractor {
         self.lock().nozzles.duty(number, at)
     }
 
-    /// How often nozzles have been told otherwise by `at`.
+    /// From `at` on this share of full flow leaves nozzle `number` of its boom.
+    pub fn set_nozzle_flow(&self, at: SimTime, number: u8, share: f64) {
+        self.lock().flows.tell(at, number, share.max(0.0));
+    }
+
+    /// The share of full flow that leaves a nozzle of its boom; 0 before anything was said of it.
+    pub fn nozzle_flow(&self, number: usize, at: SimTime) -> f64 {
+        self.lock().flows.duty(number, at).unwrap_or(0.0)
+    }
+
+    /// How often nozzles have been told otherwise, or have given otherwise, by `at`.
     pub fn nozzle_changes(&self, at: SimTime) -> u64 {
-        self.lock().nozzles.changes(at)
+        let driven = self.lock();
+        driven.nozzles.changes(at) + driven.flows.changes(at)
     }
 
     fn lock(&self) -> MutexGuard<'_, Driven> {

@@ -1,5 +1,7 @@
 //! Ports of the bus: one file a kind. Frames in, frames out; nothing of what they mean.
 
+pub mod agopengps;
+pub mod bridge;
 pub mod candump;
 pub mod dialect;
 pub mod lines;
@@ -97,6 +99,10 @@ pub enum Link {
     Lines(Box<pty::PtyLink<lines::Lines>>),
     /// Lines of text over TCP.
     LinesTcp(tcp::TcpLink<lines::Lines>),
+    /// A machine module of AgOpenGPS.
+    Agopengps(agopengps::AgopengpsLink),
+    /// A CAN bridge by UDP, there or here.
+    Bridge(bridge::BridgeLink, &'static str),
     /// UDP multicast.
     Udp(udp::UdpLink),
     /// A log file.
@@ -136,6 +142,11 @@ impl Link {
             )),
             BusAddress::Lines(link) => Self::Lines(Box::new(pty::PtyLink::open(link)?)),
             BusAddress::LinesTcp(place) => Self::LinesTcp(tcp::TcpLink::open(place).await?),
+            BusAddress::Agopengps(place) => Self::Agopengps(agopengps::AgopengpsLink::open(place).await?),
+            BusAddress::Bridge(place) => Self::Bridge(bridge::BridgeLink::to(place).await?, "udp-aog"),
+            BusAddress::BridgeListen(place) => {
+                Self::Bridge(bridge::BridgeLink::at(place).await?, "udp-aog-listen")
+            }
             BusAddress::Udp(group) => Self::Udp(udp::UdpLink::open(*group)?),
             BusAddress::Candump(path) => Self::Candump(candump::CandumpLink::open(path)?),
         })
@@ -150,6 +161,8 @@ impl Link {
             Self::SocketcandClient(link) => link.run(queue, ear).await,
             Self::Lines(link) => link.run(queue, ear).await,
             Self::LinesTcp(link) => link.run(queue, ear).await,
+            Self::Agopengps(link) => link.run(queue, ear).await,
+            Self::Bridge(link, _) => link.run(queue, ear).await,
             Self::Udp(link) => link.run(queue, ear).await,
             Self::Candump(link) => link.run(queue).await,
         }
@@ -159,7 +172,13 @@ impl Link {
     pub fn is_open_from_the_start(&self) -> bool {
         matches!(
             self,
-            Self::Socketcan(_) | Self::SocketcandClient(_) | Self::Lines(_) | Self::Udp(_) | Self::Candump(_)
+            Self::Socketcan(_)
+                | Self::SocketcandClient(_)
+                | Self::Lines(_)
+                | Self::Agopengps(_)
+                | Self::Bridge(..)
+                | Self::Udp(_)
+                | Self::Candump(_)
         )
     }
 
@@ -172,6 +191,8 @@ impl Link {
             | Self::Socketcand(_)
             | Self::SocketcandClient(_)
             | Self::LinesTcp(_)
+            | Self::Agopengps(_)
+            | Self::Bridge(..)
             | Self::Udp(_)
             | Self::Candump(_) => Ok(None),
         }
@@ -186,6 +207,8 @@ impl Link {
             Self::SocketcandClient(_) => "socketcand-client",
             Self::Lines(_) => "lines",
             Self::LinesTcp(_) => "lines-tcp",
+            Self::Agopengps(_) => "agopengps",
+            Self::Bridge(_, kind) => kind,
             Self::Udp(_) => "udp",
             Self::Candump(_) => "candump",
         }
@@ -200,6 +223,8 @@ impl Link {
             Self::SocketcandClient(link) => Found::Address(link.address()),
             Self::Lines(link) => Found::Path(link.path().to_owned()),
             Self::LinesTcp(link) => Found::Address(link.address()),
+            Self::Agopengps(link) => Found::Address(link.address()),
+            Self::Bridge(link, _) => Found::Address(link.address()),
             Self::Udp(link) => Found::Address(link.group()),
             Self::Candump(link) => Found::Path(link.path().to_owned()),
         }

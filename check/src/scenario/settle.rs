@@ -37,8 +37,7 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
     }
     let mut faults = file.faults.unwrap_or_default();
     ScenarioFault::name_all(&mut faults);
-    let ports = file.bus.iter().flatten().flat_map(BusTable::all);
-    let mut refusal = needs_agopengps(ports).or_else(|| not_here(&faults));
+    let mut refusal = not_here(&faults);
     let runs = file.run.unwrap_or_default();
     let clock = clock(&file.clock.unwrap_or_default(), &runs, &mut refusal)?;
     let mut settled_runs = Vec::new();
@@ -71,11 +70,6 @@ pub(super) fn settle(path: &Path, file: ScenarioFile) -> Result<Scenario, String
     check(&scenario)?;
     signals(&mut scenario, file.sprayer)?;
     Ok(scenario)
-}
-
-fn needs_agopengps<'a>(mut ports: impl Iterator<Item = &'a String>) -> Option<String> {
-    let port = ports.find(|port| port.starts_with("udp-aog:"))?;
-    Some(format!("`{port}` needs AgOpenGPS's messages, which are not there yet"))
 }
 
 /// The first fault that is not built, and why.

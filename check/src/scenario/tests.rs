@@ -143,7 +143,7 @@ expect = [{ what = "impacted_total_area_m2", equals_run_without = "faults", tole
 "#,
     ),
     (
-        "needs AgOpenGPS",
+        "",
         r#"
 use = "base.toml"
 bus = [{ id = "can0", port = "udp-aog:127.0.0.1:2234" }]

@@ -1,12 +1,14 @@
 //! The sprayer of a scenario: its boom, how its commands are heard on a bus, what a run of it did, and what is expected of that.
 
 mod client;
+mod hearing;
 mod judge;
 mod kept;
 mod part;
 mod run;
 mod sensors;
 mod spec;
+mod spray;
 
 pub(crate) use judge::judge;
 pub use kept::KeptError;
@@ -15,3 +17,4 @@ pub use run::{Intercepted, Relative, SprayerRun};
 pub(crate) use sensors::BoomSensors;
 pub use spec::SprayerSpec;
 pub(crate) use spec::{SprayerTable, settled};
+pub(crate) use spray::BoomSpray;

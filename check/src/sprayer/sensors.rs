@@ -10,13 +10,12 @@ use rowscan_bus::name::Name;
 use rowscan_bus::node::Node;
 use rowscan_bus::pgn::SPRAYER_ADDRESS;
 use rowscan_bus::pgn::sprayer::{FLOW_METER, MORE_SECTION_STATES, SECTION_STATES, SPRAYER_STATE};
-use rowscan_bus::transport::Assembly;
 use rowscan_protocol::time::SimTime;
 use rowscan_sprayer::live::States;
-use rowscan_sprayer::{Command, Live, Sensors};
+use rowscan_sprayer::{Live, Sensors};
 use rowscan_vehicle::Tractor;
 
-use super::client;
+use super::hearing::Hearing;
 use super::part::SprayerPart;
 use super::spec::SprayerSpec;
 
@@ -29,12 +28,9 @@ const MORE: &[&Message] = &[&SECTION_STATES, &MORE_SECTION_STATES, &SPRAYER_STAT
 pub(crate) struct BoomSensors {
     node: Node,
     live: Live,
-    spec: SprayerSpec,
-    assembly: Assembly,
+    hearing: Hearing,
     part: Arc<SprayerPart>,
     tractor: Tractor,
-    /// What sections of a task controller's client were told, and how much of that was seen.
-    orders: (SectionLog, usize),
     /// The last look, and when it was.
     seen: Option<(SimTime, States)>,
 }
@@ -51,23 +47,10 @@ impl BoomSensors {
         Self {
             node: Node::new(Name::boom(), SPRAYER_ADDRESS, messages, &[]),
             live: Live::new(spec.boom.clone(), sensors, seed),
-            spec: spec.clone(),
-            assembly: Assembly::default(),
+            hearing: Hearing::new(spec, orders),
             part,
             tractor,
-            orders: (orders, 0),
             seen: None,
-        }
-    }
-}
-
-impl BoomSensors {
-    /// Orders of a client's sections are commands.
-    fn follow(&mut self) {
-        let (log, seen) = &mut self.orders;
-        for command in client::commands(log, *seen) {
-            *seen += 1;
-            self.live.tell(&command);
         }
     }
 }
@@ -111,7 +94,7 @@ impl ControlFunction for BoomSensors {
     }
 
     fn poll(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
-        self.follow();
+        self.hearing.ordered().iter().for_each(|command| self.live.tell(command));
         let Self { node, live, part, tractor, seen, .. } = self;
         let mut look = |message: &'static Message, at: SimTime| {
             if seen.as_ref().is_none_or(|(last, _)| *last < at) {
@@ -127,9 +110,6 @@ impl ControlFunction for BoomSensors {
         // Who asks out of turn hears what the last look saw.
         let seen = &self.seen;
         self.node.handle(at, frame, &mut |message, _| compose(message, &seen.as_ref()?.1), out);
-        let Some((id, bytes)) = self.assembly.take(frame) else { return };
-        for (target, duty) in self.spec.commands(id, &bytes) {
-            self.live.tell(&Command { at, target, duty });
-        }
+        self.hearing.heard(at, frame).iter().for_each(|command| self.live.tell(command));
     }
 }

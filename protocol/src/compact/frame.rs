@@ -74,7 +74,7 @@ impl Frame {
     }
 
     fn turning(&self) -> Turning {
-        let (us, deg) = self.from_start_to_start().or_else(|| self.from_start_to_stop()).unwrap_or_default();
+        let (us, deg) = self.start_to_start().or_else(|| self.start_to_stop()).unwrap_or_default();
         if us <= 0.0 || deg <= 0.0 {
             return Turning { us_a_degree: 0.0, frequency_hz: 0.0 };
         }
@@ -86,7 +86,7 @@ impl Frame {
 
     /// Microseconds and degrees from the first beams of segments to those of the next ones: lines of a telegram may be stamped alike though their last
     /// beams point otherwise.
-    fn from_start_to_start(&self) -> Option<(f64, f64)> {
+    fn start_to_start(&self) -> Option<(f64, f64)> {
         let firsts = self.segments.values().filter_map(|segment| segment.lines.first());
         let pairs =
             firsts.clone().zip(firsts.skip(1)).filter(|(one, next)| next.time_start_us > one.time_start_us);
@@ -99,7 +99,7 @@ impl Frame {
     }
 
     /// The same from the first beams of segments to their last ones.
-    fn from_start_to_stop(&self) -> Option<(f64, f64)> {
+    fn start_to_stop(&self) -> Option<(f64, f64)> {
         let firsts = self.segments.values().filter_map(|segment| segment.lines.first());
         let timed = firsts.filter(|line| line.time_stop_us > line.time_start_us);
         let sums = timed.fold((0.0, 0.0), |(us, deg), line| {

@@ -146,8 +146,11 @@ mod tests {
     const SCANNER: IpAddr = IpAddr::V4(Ipv4Addr::new(10, 0, 0, 1));
     const HOST: IpAddr = IpAddr::V4(Ipv4Addr::new(10, 0, 0, 2));
 
+    /// Place, whether others follow, bytes.
+    type Piece = (usize, bool, Vec<u8>);
+
     /// A datagram of so many bytes, and its fragments for packets of 1500 bytes.
-    fn fragments(number: u32, bytes: usize) -> (Vec<u8>, Vec<(usize, bool, Vec<u8>)>) {
+    fn fragments(number: u32, bytes: usize) -> (Vec<u8>, Vec<Piece>) {
         let payload: Vec<u8> = (0..bytes).map(|place| (place as u32 * 7 + number) as u8).collect();
         let length = ((UDP_HEADER + bytes) as u16).to_be_bytes();
         let udp = [&[0x08, 0x43, 0xC3, 0x50, length[0], length[1], 0, 0], &payload[..]].concat();
@@ -157,7 +160,7 @@ mod tests {
         (payload, cut)
     }
 
-    fn fragment(number: u32, (at, more, bytes): &(usize, bool, Vec<u8>)) -> Fragment<'_> {
+    fn fragment(number: u32, (at, more, bytes): &Piece) -> Fragment<'_> {
         Fragment { from: SCANNER, to: HOST, number, at: *at, more: *more, bytes }
     }
 
@@ -170,10 +173,10 @@ mod tests {
         one.swap(2, 7);
         let mut joined = Fragments::default();
         let mut whole = Vec::new();
-        for place in 0..10 {
-            whole.extend(joined.push(&fragment(1, &one[place]), 0));
+        for (place, piece) in one.iter().enumerate() {
+            whole.extend(joined.push(&fragment(1, piece), 0));
             // Each again.
-            whole.extend(joined.push(&fragment(1, &one[place]), 0).filter(|_| place < 9));
+            whole.extend(joined.push(&fragment(1, piece), 0));
             whole.extend(two.get(place).and_then(|two| joined.push(&fragment(2, two), 0)));
         }
         let payloads: Vec<&Vec<u8>> = whole.iter().map(|whole| &whole.payload).collect();

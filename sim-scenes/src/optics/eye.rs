@@ -5,7 +5,7 @@ use rowscan_protocol::optics::{DAZZLED, FogFilter, Optics};
 use rowscan_protocol::rig::Mount;
 use rowscan_protocol::scan::Pose;
 
-use super::air::{self, AirStage, Moment, Shot};
+use super::air::{self, AirStage, Moment, Shot, Source};
 use super::draws::{Draws, LineDraws, Use};
 use super::echo::{Echo, Rules, nearest};
 use super::energy;
@@ -175,8 +175,8 @@ impl Eye {
         self.sight = Some(Sight { fan: fan.clone(), towards_x, footprint, bend_rad, pitch_rad, noise });
     }
 
-    /// Lines from now on are seen through what nozzles spray at this moment of the drive; `duty` is what a controller has told each.
-    pub fn spray(&mut self, drive: Moment, duty: &dyn Fn(usize) -> Option<f64>) {
+    /// Lines from now on are seen through what nozzles spray at this moment of the drive; `duty` is what each plume's source says, 0 to 1 and more.
+    pub fn spray(&mut self, drive: Moment, duty: &dyn Fn(Source) -> Option<f64>) {
         if let Some(air) = &mut self.air {
             air.spray(drive, duty);
         }

@@ -23,7 +23,9 @@ mod stage;
 mod swept;
 mod touch;
 
-pub use air::{Air, BACKSCATTER_SR, DUST_BACKSCATTER_SR, FlowChange, Moment, Plume, Sun, WindowSector};
+pub use air::{
+    Air, BACKSCATTER_SR, DUST_BACKSCATTER_SR, FlowChange, Moment, Plume, Source, Sun, WindowSector,
+};
 pub use casts::EyeCaster;
 pub use energy::Reflectance;
 pub use eye::{Eye, EyeEcho, EyeModel};

@@ -4,6 +4,7 @@ use rowscan_protocol::time::SimTime;
 
 use super::*;
 use crate::commands::CommandLog;
+use crate::pass::valve_flows;
 use crate::troubles::Trouble;
 
 /// Looks at a boom that lasts this long, seconds.
@@ -193,6 +194,10 @@ fn what_a_look_costs_does_not_grow_with_the_log() {
         let at = f64::from(tick) / 10.0;
         live.tell(&command(at - 0.05, Target::All, f64::from(tick % 2)));
         live.look(at, &Troubles::default(), &|_| 1.0);
-        assert!(live.duties.steps.iter().all(|steps| steps.len() < 5), "{:?}", live.duties.steps[0]);
+        assert!(
+            live.valves.duties.steps.iter().all(|steps| steps.len() < 5),
+            "{:?}",
+            live.valves.duties.steps[0]
+        );
     }
 }

@@ -30,7 +30,7 @@ pub(super) struct PlaceArgs {
     /// Where a recorded GNSS receiver goes out; repeatable: tcp:ADDR, udp:ADDR, pty:LINK
     #[arg(long, value_name = "[NAME=]PLACE")]
     nmea: Vec<Named<NmeaAddress>>,
-    /// A port of a recorded CAN bus; repeatable: slcan:LINK, socketcan:can0, socketcand:ADDR, socketcand-client:HOST:PORT/BUS, lines:LINK, lines-tcp:ADDR, udp:GROUP:PORT, candump:FILE
+    /// A port of a recorded CAN bus; repeatable: slcan:LINK, socketcan:can0, socketcand:ADDR, socketcand-client:HOST:PORT/BUS, lines:LINK, lines-tcp:ADDR, agopengps:ADDR, udp-aog:ADDR, udp-aog-listen:ADDR, udp:GROUP:PORT, candump:FILE
     #[arg(long, value_name = "[NAME=]PORT")]
     can: Vec<Named<BusAddress>>,
     /// Serve the REST interface of a recorded picoScan here; repeatable; port 0 takes a free one. Its datagrams go where a client directs them [default where

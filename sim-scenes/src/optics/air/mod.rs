@@ -12,7 +12,7 @@ mod sun;
 mod window;
 
 pub use haze::{BACKSCATTER_SR, DUST_BACKSCATTER_SR};
-pub use plume::{FlowChange, Moment, Plume};
+pub use plume::{FlowChange, Moment, Plume, Source};
 pub use settings::Air;
 use sun::Glare;
 pub use sun::Sun;
@@ -58,10 +58,10 @@ impl AirStage {
         stage
     }
 
-    /// Nozzles spray from now on as they do at this moment of the drive; `duty` is what a controller has told each.
-    pub(super) fn spray(&mut self, drive: Moment, duty: &dyn Fn(usize) -> Option<f64>) {
+    /// Nozzles spray from now on as they do at this moment of the drive; `duty` is what each one's source says.
+    pub(super) fn spray(&mut self, drive: Moment, duty: &dyn Fn(Source) -> Option<f64>) {
         for (number, (now, plume)) in self.spraying.iter_mut().zip(&self.air.plumes).enumerate() {
-            now.flow_l_min = plume.flow_at(drive, duty(number));
+            now.flow_l_min = plume.flow_at(drive, duty(plume.source(number)));
         }
     }
 

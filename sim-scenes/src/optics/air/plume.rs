@@ -15,6 +15,9 @@ use crate::optics::touch::{NO_RAY, Touch};
 /// Half angle of a hollow cone of the 80° class.
 const HALF_ANGLE_DEG: f64 = 35.0;
 
+/// The widest cone's half angle.
+const WIDEST_DEG: f64 = 85.0;
+
 /// Scatter of the concentration from shot to shot, sd of its logarithm \[ASM\].
 const SCATTER: f64 = 0.5;
 
@@ -23,12 +26,6 @@ const PIECES: usize = 12;
 
 /// A cone ends here, metres.
 const LENGTH_M: f64 = 3.0;
-
-/// Radius of the cone a metre.
-fn widening() -> f64 {
-    let (cos, sin) = cos_sin_deg(HALF_ANGLE_DEG);
-    sin / cos
-}
 
 /// A nozzle: table `[[optics.air.plume]]`. Its place counts from the scanner's mirror.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -48,11 +45,25 @@ pub struct Plume {
     pub drop_um: f64,
     /// Their speed, m/s.
     pub speed_m_s: f64,
+    /// Half angle of the cone, degrees.
+    pub half_angle_deg: f64,
     /// Shut until a controller opens it over CAN.
     pub shut: bool,
     /// Other flows from a place or a time of the drive on.
     #[serde(rename = "change", skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<FlowChange>,
+    /// The nozzle of a boom that it is, by its number there: it gives what that nozzle's valve lets through.
+    #[serde(skip)]
+    pub nozzle: Option<usize>,
+}
+
+/// Whose flow it is that somebody else than the scene sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// That of the scene's plume with this place, from 0.
+    Plume(usize),
+    /// That of the boom's nozzle with this number, from 0.
+    Nozzle(usize),
 }
 
 /// Another flow: table `[[optics.air.plume.change]]`, with either `at_s` or `at_m`.
@@ -100,8 +111,10 @@ impl Default for Plume {
             flow_l_min: 1.0,
             drop_um: 120.0,
             speed_m_s: 12.0,
+            half_angle_deg: HALF_ANGLE_DEG,
             shut: false,
             changes: Vec::new(),
+            nozzle: None,
         }
     }
 }
@@ -127,10 +140,22 @@ impl Plume {
             require_within("optics.air.plume.change.at_m", change.at_m.unwrap_or(0.0), -1e6, 1e6)?;
         }
         require_within("optics.air.plume.drop_um", self.drop_um, 10.0, 5000.0)?;
+        require_within("optics.air.plume.half_angle_deg", self.half_angle_deg, 1.0, WIDEST_DEG)?;
         require_within("optics.air.plume.speed_m_s", self.speed_m_s, 0.1, 200.0)
     }
 
-    /// Its flow at a moment of the drive, l/min; `duty` is what a controller has told it.
+    /// Radius of the cone a metre.
+    fn widening(&self) -> f64 {
+        let (cos, sin) = cos_sin_deg(self.half_angle_deg);
+        sin / cos
+    }
+
+    /// Who else sets its flow, where it is number `place` of the scanner's.
+    pub(super) fn source(&self, place: usize) -> Source {
+        self.nozzle.map_or(Source::Plume(place), Source::Nozzle)
+    }
+
+    /// Its flow at a moment of the drive, l/min; `duty` is what its source says, as a share of full flow.
     pub(super) fn flow_at(&self, drive: Moment, duty: Option<f64>) -> f64 {
         let reached = self.changes.iter().rev().find(|change| change.is_reached(drive));
         let set = reached.map_or(self.flow_l_min, |change| change.flow_l_min);
@@ -140,7 +165,7 @@ impl Plume {
     /// Extinction so far before the nozzle, 1/m: drops by mass balance over the cone's cross-section.
     pub fn extinction(&self, ahead_m: f64) -> f64 {
         let (flow, diameter) = (self.flow_l_min * 1e-3 / 60.0, self.drop_um * 1e-6);
-        let radius = ahead_m * widening();
+        let radius = ahead_m * self.widening();
         let drop_m3 = PI / 6.0 * diameter * diameter * diameter;
         let per_m3 = flow / (drop_m3 * self.speed_m_s * PI * radius * radius);
         per_m3 * PI / 2.0 * diameter * diameter
@@ -155,7 +180,7 @@ impl Plume {
             return 0.0;
         }
         let across = libm::hypot(z * cos - x * sin, self.y_m);
-        if across > ahead * widening() { 0.0 } else { self.extinction(ahead) }
+        if across > ahead * self.widening() { 0.0 } else { self.extinction(ahead) }
     }
 
     /// Adds its own return, and dims those before it in the list. Gives what it leaves of the power of all others.
