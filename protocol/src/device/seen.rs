@@ -1,8 +1,9 @@
 //! What the filters of a scanner with Compact output leave.
 
-use super::turn::around;
 use super::variable::{LAYERS, Stored};
 
+/// Half a turn, degrees.
+pub(super) const HALF_TURN_DEG: f64 = 180.0;
 /// A beam this near to the edge of the angle filter is inside, degrees: clients compute in radians.
 const EDGE_TOLERANCE_DEG: f64 = 1e-3;
 
@@ -63,4 +64,10 @@ impl LayersSent {
     pub(super) fn sends(&self, layer: usize) -> bool {
         layer < LAYERS && self.0 >> layer & 1 == 1
     }
+}
+
+/// The same angle from −180° to below 180°.
+pub(super) fn around(theta_deg: f64) -> f64 {
+    let turn_deg = 2.0 * HALF_TURN_DEG;
+    theta_deg - turn_deg * libm::floor((theta_deg + HALF_TURN_DEG) / turn_deg)
 }

@@ -6,11 +6,11 @@ use core::ops::Range;
 use core::time::Duration;
 
 use super::clock::Clock;
+use super::datagram::{Datagram, Stream};
 use super::layers::UnitLayer;
 use super::measured::MeasuredLine;
 use super::random::Stage;
-use super::seen::Seen;
-use super::segment::{Datagram, Stream};
+use super::seen::{HALF_TURN_DEG, Seen, around};
 use super::state::Device;
 use crate::compact::{
     Beams, Module, Modules, PerLine, REFLECTOR, ScanTelegram, Shape, TO_COLA, Telegram, theta_code,
@@ -21,8 +21,6 @@ use crate::time::SimTime;
 
 /// The guide's value of a reflector on the 8-bit scale.
 const REFLECTS: u16 = 254;
-/// Half a turn, degrees.
-const HALF_TURN_DEG: f64 = 180.0;
 
 /// A turn on its way into telegrams.
 pub(super) struct Turn<'a> {
@@ -209,12 +207,6 @@ fn segments(line: &MeasuredLine<'_>, width_deg: f64) -> Vec<Range<usize>> {
         first..if count.saturating_sub(end) <= 1 { count } else { end }
     };
     begins.map(segment).collect()
-}
-
-/// The same angle from −180° to below 180°.
-pub(super) fn around(theta_deg: f64) -> f64 {
-    let turn_deg = 2.0 * HALF_TURN_DEG;
-    theta_deg - turn_deg * libm::floor((theta_deg + HALF_TURN_DEG) / turn_deg)
 }
 
 impl Device {
