@@ -3,7 +3,7 @@
 //! A scan of misses is data: a gap in the row is a true zero. A scan whose device reports an error or a window too dirty to measure through is
 //! none, nor is one whose beams point outside its model's field. What is left out is counted by cause, and so is the row driven meanwhile.
 
-use rowscan_protocol::scan::Scan;
+use rowscan_protocol::scan::{LEVEL_DEG, Scan, elevation_deg};
 use rowscan_protocol::validity::{DeviceStatus, FaultCounts, ScanFault};
 use serde::Serialize;
 
@@ -28,7 +28,7 @@ pub enum Exclusion {
     OutsideField,
     /// The scan has no beams, or no ranges.
     NoBeams,
-    /// Another layer than the horizontal one.
+    /// Another layer than the level one: more than [`LEVEL_DEG`] inclined.
     OtherLayer,
 }
 
@@ -153,6 +153,10 @@ impl Gate {
             DeviceStatus::ContaminationError => return Some(Exclusion::Contamination),
             DeviceStatus::Ok | DeviceStatus::ContaminationWarning => {}
         }
+        // A layer that is not used may look anywhere.
+        if elevation_deg(scan.layer_centideg).abs() > LEVEL_DEG {
+            return Some(Exclusion::OtherLayer);
+        }
         let outside = self.field.is_some_and(|field| {
             beams.angle_deg(0) < field.start_deg - FIELD_TOLERANCE_DEG
                 || beams.angle_deg(beams.len() - 1) > field.stop_deg + FIELD_TOLERANCE_DEG
@@ -160,7 +164,7 @@ impl Gate {
         if outside {
             return Some(Exclusion::OutsideField);
         }
-        (scan.layer_centideg != 0).then_some(Exclusion::OtherLayer)
+        None
     }
 
     /// Counts a scan that is used.

@@ -42,9 +42,15 @@ impl Placing {
 
     /// How the beams of a scan lie; time counts from the first scan that is asked about.
     pub fn line(&mut self, scan: &Scan) -> PlacedLine {
-        let layer_deg = elevation_deg(scan.layer_centideg);
         let time_s = self.clock.seconds(scan.scan_time_us);
-        PlacedLine::new(time_s, scan.scan_frequency_hz, scan.beams, layer_deg)
+        PlacedLine::new(time_s, scan.scan_frequency_hz, scan.beams, self.layer_deg(scan.layer_centideg))
+    }
+
+    /// Elevation of the layer with this code, degrees, as the rig reads its sign.
+    pub fn layer_deg(&self, layer_centideg: i16) -> f64 {
+        self.rig
+            .as_ref()
+            .map_or_else(|| elevation_deg(layer_centideg), |(_, mount)| mount.layer_deg(layer_centideg))
     }
 
     /// The point that a beam met at this range, from where the scanner was when the mirror turned to it.

@@ -200,9 +200,10 @@ impl Stream {
                 let turns =
                     behind(sent.last_turn.map(|last| last as u16), self.last_turn) / sent.interval.max(1);
                 // Nobody can tell that a turn without its end is over.
-                turns.saturating_sub(u64::from(
+                let turns = turns.saturating_sub(u64::from(
                     sent.last_turn.is_some() && sent.last_turn == self.unfinished_turn,
-                ))
+                ));
+                turns * sent.lines
             }
             None => behind(counts.last_counter, self.last_counter),
         };

@@ -52,6 +52,8 @@ pub struct DatagramCounts {
     pub last_turn: Option<u64>,
     /// Turns from one that is sent to the next.
     pub interval: u64,
+    /// Lines that a turn is sent with, each a scan for who receives it.
+    pub lines: u64,
     /// Where scans would go now, if that is not allowed.
     pub foreign: Option<SocketAddrV4>,
 }
@@ -153,6 +155,7 @@ impl Datagrams {
             failed: self.failed.load(Ordering::Relaxed),
             last_turn: self.turns.load(Ordering::Relaxed).checked_sub(1),
             interval: device.turn_interval(),
+            lines: device.lines_a_turn() as u64,
             foreign: scans.filter(|to| !self.may_go_to(*to.ip())),
         })
     }

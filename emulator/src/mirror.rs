@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use rowscan_ports::in_flight::InFlight;
-use rowscan_protocol::device::{Mirror, Stream};
+use rowscan_protocol::device::{Device, Mirror, Stream};
 use rowscan_protocol::time::SimTime;
 
 use crate::firing::{Claim, Firing};
@@ -71,7 +71,20 @@ impl MirrorSource {
         let in_time = self.patience.bears(self.shared.clock.lateness(at)) || !hurries;
         self.prepared = Some((at, !in_time));
         if in_time {
-            self.world.look(self.shared.device().mirror(), at);
+            let device = self.shared.device();
+            let (mirror, mirrors) = (device.mirror(), self.layers(&device));
+            drop(device);
+            self.world.look(mirror, at);
+            self.world.look_at_layers(&mirrors, at);
+        }
+    }
+
+    /// What the mirror does for each line of the next turn, where they go out; none where a turn is one line.
+    fn layers(&self, device: &Device) -> Vec<Mirror> {
+        if device.has_layers() && self.shared.datagrams.is_streaming(device) {
+            device.mirrors()
+        } else {
+            Vec::new()
         }
     }
 
@@ -83,7 +96,10 @@ impl MirrorSource {
             return false;
         }
         // Nothing to do, unless mirror or tractor were told something else since the line was cast ahead.
-        let mirror = self.shared.device().mirror();
+        let (mirror, mirrors) = {
+            let device = self.shared.device();
+            (device.mirror(), self.layers(&device))
+        };
         self.world.look(mirror, at);
         self.shared.device().set_encoder_ticks(self.world.encoder_ticks(at));
         // The scan at time zero is never sent, so that every run begins alike.
@@ -93,7 +109,7 @@ impl MirrorSource {
             self.shared.roster.audience(&mut self.audience);
         }
         let telegram = Telegram::measure(&self.shared, at, &self.world, &self.audience);
-        let streamed = heard && telegram.is_some() && self.stream(mirror, at);
+        let streamed = heard && telegram.is_some() && self.stream(mirror, at, &mirrors);
         self.turns.advance(mirror);
         let Some(telegram) = telegram else { return false };
         self.last_scan = Some(LastScan { at, telegram_counter: Some(telegram.counter()) });
@@ -111,11 +127,13 @@ impl MirrorSource {
 
     /// Hands the turn that was measured at `at` over as datagrams, each for its own instant; true if its scan goes where somebody
     /// listens, as far as that is known.
-    fn stream(&self, mirror: Mirror, at: SimTime) -> bool {
+    fn stream(&mut self, mirror: Mirror, at: SimTime, mirrors: &[Mirror]) -> bool {
+        // Cast ahead already, unless somebody has just asked for them.
+        self.world.look_at_layers(mirrors, at);
         let mut device = self.shared.device();
         let Some(imu_period) = device.model().compact.map(|_| device.imu_period()) else { return false };
         let mut datagrams = Vec::new();
-        device.segments(at, &self.world.line(), &mut datagrams);
+        device.segments(at, &self.world.lines(), &mut datagrams);
         let datagrams_heard = self.shared.datagrams.is_heard();
         let streamed =
             !datagrams.is_empty() && datagrams_heard && self.shared.datagrams.is_streaming(&device);

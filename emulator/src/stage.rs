@@ -102,7 +102,8 @@ impl Stage {
                 .with_encoder(self.scene.encoder)
                 .with_wind(self.scene.wind, self.scene.seed)
                 .with_eye(self.eye(index, model.into()));
-        let mut device = Device::new(model, Identity::of(model, index));
+        let unit = self.scene.optics.unit.unwrap_or(self.scene.seed) ^ (index as u64).rotate_left(32);
+        let mut device = Device::new(model, Identity { unit, ..Identity::of(model, index) });
         if self.scene.optics.stages.has(optics::Stage::Echoes) {
             device.set_factory_echo(model.optics.factory_echo);
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::device::{MeasuredEcho, MeasuredLine, Mirror};
 use rowscan_protocol::rig::{Attitude, Axes, Mount, Rig, RowSide};
-use rowscan_protocol::scan::{Pose, elevation_deg};
+use rowscan_protocol::scan::{LEVEL_DEG, Pose};
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::optics::{self, Eye, RangeLimits};
 use rowscan_scenes::{BeamFan, Caster, Cone, Lean, Orchard, Return, Scratch, Wind};
@@ -29,16 +29,77 @@ pub struct ScannerView {
     tree_spacing_m: f64,
     wind: (Wind, u64),
     limits: RangeLimits,
+    scratch: Scratch,
+    /// The device's eye as it was handed in; without it, the ideal scanner's.
+    eye: Option<Eye>,
+    /// The lines of a turn, a layer each; never empty.
+    lines: Vec<Line>,
+}
+
+/// A line of one layer, and what it takes to cast the next one.
+#[derive(Debug)]
+struct Line {
     fan: BeamFan,
     /// The fan's beams where the layer is inclined.
     cone: Cone,
     returns: Vec<Return>,
-    scratch: Scratch,
-    /// The device's eye; without it, the ideal scanner's.
     eye: Option<Eye>,
     /// First echo first; never empty.
     echoes: Vec<MeasuredEcho>,
     seen: Option<(Mirror, Viewpoint)>,
+}
+
+impl Line {
+    /// Through this eye, of layer number `layer` of a turn.
+    fn new(eye: Option<Eye>, layer: usize) -> Self {
+        let depth = eye.as_ref().map_or(1, Eye::depth);
+        Self {
+            fan: BeamFan::from_degrees(0.0, 0.0, 0),
+            cone: Cone::new(&BeamFan::from_degrees(0.0, 0.0, 0), 0.0),
+            returns: Vec::new(),
+            eye: eye.map(|eye| eye.of_layer(layer)),
+            echoes: vec![MeasuredEcho::default(); depth],
+            seen: None,
+        }
+    }
+
+    /// Points its beams, unless they are pointed so.
+    fn turn_to(&mut self, mount: &Mount, mirror: Mirror, view: Viewpoint) {
+        let stale = |(before, from): (Mirror, Viewpoint)| {
+            before.beams != mirror.beams || from.towards_x != view.towards_x || from.tilt_rad != view.tilt_rad
+        };
+        if self.seen.is_none_or(stale) {
+            self.fan = BeamFan::tilted(mount, mirror.beams, view.towards_x, view.tilt_rad);
+            self.returns.resize(mirror.beams.len(), Return::MISS);
+        }
+        self.fan.lean(view.axes);
+        let other = |(_, from): (Mirror, Viewpoint)| (from.axes, from.bend_rad) != (view.axes, view.bend_rad);
+        let turned = self.seen.is_none_or(|seen| stale(seen) || other(seen));
+        if let Some(eye) = self.eye.as_mut().filter(|_| turned) {
+            eye.elevate(view.bend_rad);
+            eye.turn_to(&self.fan, view.towards_x);
+        } else if turned && view.bend_rad != 0.0 {
+            self.cone = Cone::new(&self.fan, view.bend_rad);
+        }
+        self.fan.advance(view.advance_m);
+    }
+
+    /// Casts it past what `caster` holds, without an eye.
+    fn cast(&mut self, caster: &Caster, view: Viewpoint, limits: RangeLimits, scratch: &mut Scratch) {
+        if view.bend_rad == 0.0 {
+            caster.cast(view.pose, &self.fan, scratch, &mut self.returns);
+        } else {
+            self.cone.cast(caster, (view.pose, 0.0), view.advance_m, scratch, &mut self.returns);
+        }
+        for echo in &mut self.echoes {
+            optics::measure(&self.returns, limits, &mut echo.range_mm, &mut echo.remission);
+        }
+    }
+
+    fn measured(&self) -> MeasuredLine<'_> {
+        let grid = self.seen.map_or_else(BeamGrid::default, |(mirror, _)| mirror.beams);
+        MeasuredLine { grid, echoes: &self.echoes }
+    }
 }
 
 /// Trees that lean about their feet are seen as upright ones are by a scanner that is turned back about them by as much.
@@ -111,13 +172,9 @@ impl ScannerView {
             tree_spacing_m: rig.tree_spacing_m.unwrap_or(1.0),
             wind: (Wind::default(), 0),
             limits,
-            fan: BeamFan::from_degrees(0.0, 0.0, 0),
-            cone: Cone::new(&BeamFan::from_degrees(0.0, 0.0, 0), 0.0),
-            returns: Vec::new(),
             scratch: Scratch::default(),
             eye: None,
-            echoes: vec![MeasuredEcho::default()],
-            seen: None,
+            lines: vec![Line::new(None, 0)],
         })
     }
 
@@ -136,61 +193,53 @@ impl ScannerView {
     /// The same through a device's eye.
     #[must_use]
     pub fn with_eye(self, eye: Option<Eye>) -> Self {
-        let depth = eye.as_ref().map_or(1, Eye::depth);
-        Self { eye, echoes: vec![MeasuredEcho::default(); depth], ..self }
+        let lines = vec![Line::new(eye.clone(), 0)];
+        Self { eye, lines, ..self }
     }
 
     /// Casts one line: the mirror's full grid, its first beam at `at`, each beam from where the tractor then is.
     pub fn look(&mut self, mirror: Mirror, at: SimTime) {
+        self.look_along(0, mirror, at);
+    }
+
+    /// Casts the lines of several layers that turn together; the first is the one that [`line`](Self::line) and all else shows.
+    pub fn look_at_layers(&mut self, mirrors: &[Mirror], at: SimTime) {
+        while self.lines.len() < mirrors.len() {
+            self.lines.push(Line::new(self.eye.clone(), self.lines.len()));
+        }
+        for (number, mirror) in mirrors.iter().enumerate() {
+            self.look_along(number, *mirror, at);
+        }
+    }
+
+    fn look_along(&mut self, number: usize, mirror: Mirror, at: SimTime) {
         let view = self.view(mirror, at);
-        if self.seen == Some((mirror, view)) {
+        let Self { caster, headland, tractor, mount, limits, scratch, lines, .. } = self;
+        let Some(line) = lines.get_mut(number).filter(|line| line.seen != Some((mirror, view))) else {
             return;
-        }
-        let stale = |(before, from): (Mirror, Viewpoint)| {
-            before.beams != mirror.beams || from.towards_x != view.towards_x || from.tilt_rad != view.tilt_rad
         };
-        if self.seen.is_none_or(stale) {
-            self.fan = BeamFan::tilted(&self.mount, mirror.beams, view.towards_x, view.tilt_rad);
-            self.returns.resize(mirror.beams.len(), Return::MISS);
+        line.turn_to(mount, mirror, view);
+        let caster = if view.headland { &*headland } else { &**caster };
+        let Some(eye) = &mut line.eye else {
+            line.cast(caster, view, *limits, scratch);
+            line.seen = Some((mirror, view));
+            return;
+        };
+        eye.suppress_fog(mirror.suppresses_fog);
+        let driven_s = Duration::from_nanos(view.moment).as_secs_f64();
+        let drive = optics::Moment { driven_s, y_m: view.pose.y_m };
+        eye.spray(drive, &|source| match source {
+            optics::Source::Plume(number) => tractor.nozzle_duty(number, at),
+            optics::Source::Nozzle(number) => Some(tractor.nozzle_flow(number, at)),
+        });
+        eye.look(caster, view.pose, view.advance_m, view.moment);
+        for (number, echo) in line.echoes.iter_mut().enumerate() {
+            eye.write(number, &mut echo.range_mm, &mut echo.remission);
         }
-        self.fan.lean(view.axes);
-        let other = |(_, from): (Mirror, Viewpoint)| (from.axes, from.bend_rad) != (view.axes, view.bend_rad);
-        let turned = self.seen.is_none_or(|seen| stale(seen) || other(seen));
-        if let Some(eye) = self.eye.as_mut().filter(|_| turned) {
-            eye.elevate(view.bend_rad);
-            eye.turn_to(&self.fan, view.towards_x);
-        } else if turned && view.bend_rad != 0.0 {
-            self.cone = Cone::new(&self.fan, view.bend_rad);
+        for (beam, met) in line.returns.iter_mut().enumerate() {
+            *met = eye.beam(beam).first().map_or(Return::MISS, |echo| echo.met);
         }
-        self.fan.advance(view.advance_m);
-        let caster = if view.headland { &self.headland } else { &*self.caster };
-        if let Some(eye) = &mut self.eye {
-            eye.suppress_fog(mirror.suppresses_fog);
-            let driven_s = Duration::from_nanos(view.moment).as_secs_f64();
-            let drive = optics::Moment { driven_s, y_m: view.pose.y_m };
-            eye.spray(drive, &|source| match source {
-                optics::Source::Plume(number) => self.tractor.nozzle_duty(number, at),
-                optics::Source::Nozzle(number) => Some(self.tractor.nozzle_flow(number, at)),
-            });
-            eye.look(caster, view.pose, view.advance_m, view.moment);
-            for (number, echo) in self.echoes.iter_mut().enumerate() {
-                eye.write(number, &mut echo.range_mm, &mut echo.remission);
-            }
-            for (beam, met) in self.returns.iter_mut().enumerate() {
-                *met = eye.beam(beam).first().map_or(Return::MISS, |echo| echo.met);
-            }
-        } else {
-            let Self { scratch, returns, .. } = self;
-            if view.bend_rad == 0.0 {
-                caster.cast(view.pose, &self.fan, scratch, returns);
-            } else {
-                self.cone.cast(caster, (view.pose, 0.0), view.advance_m, scratch, returns);
-            }
-            for echo in &mut self.echoes {
-                optics::measure(&self.returns, self.limits, &mut echo.range_mm, &mut echo.remission);
-            }
-        }
-        self.seen = Some((mirror, view));
+        line.seen = Some((mirror, view));
     }
 
     /// What the eye's random numbers are keyed by: equal online and offline, for the drive begins with the first scan that is taken.
@@ -221,9 +270,9 @@ impl ScannerView {
         let z_m = z_m + motion.up_m + self.mount.offset_y_m * pitch;
         let (tilt_rad, axes) = self.attitude(motion.roll_rad, motion.pitch_rad, right, to_row);
         // What looks ahead looks to smaller Y on the way back.
-        let bend_rad = match elevation_deg(mirror.layer_centideg) {
+        let bend_rad = match self.mount.layer_deg(mirror.layer_centideg) {
             0.0 => 0.0,
-            elevation_deg => right * self.mount.roof_sense() * elevation_deg.to_radians(),
+            layer_deg => right * self.mount.roof_sense() * layer_deg.to_radians(),
         };
         let lean = self.lean(y_m, at);
         let (pose, tilt_rad) = (before_trees(Pose { x_m, y_m, z_m }, row_m, lean), tilt_rad + lean.across);
@@ -297,18 +346,34 @@ impl ScannerView {
         &self.tractor
     }
 
-    /// The line last cast, in the device's raw units.
-    pub fn line(&self) -> MeasuredLine<'_> {
-        let grid = self.seen.map_or_else(BeamGrid::default, |(mirror, _)| mirror.beams);
-        MeasuredLine { grid, echoes: &self.echoes }
+    /// The line that stands for the turn: of a scanner with several layers a turn, the level one.
+    fn shown(&self) -> Option<&Line> {
+        self.lines.first()
     }
 
-    /// Where the beams of the line last cast went out, and which they are; none before the first, and none of an inclined layer, whose beams lie in
-    /// no plane.
+    /// The line last cast, in the device's raw units.
+    pub fn line(&self) -> MeasuredLine<'_> {
+        let none = MeasuredLine { grid: BeamGrid::default(), echoes: &[] };
+        self.shown().map_or(none, Line::measured)
+    }
+
+    /// The lines last cast, a layer each.
+    pub fn lines(&self) -> Vec<MeasuredLine<'_>> {
+        self.lines.iter().map(Line::measured).collect()
+    }
+
+    /// What the beams of line number `line` of the turn last cast met, as [`returns`](Self::returns) has it of the first.
+    pub fn returns_of(&self, line: usize) -> &[Return] {
+        self.lines.get(line).map_or(&[], |line| &line.returns)
+    }
+
+    /// Where the beams of the line last cast went out, and which they are; none before the first, and none of a layer that is more than
+    /// [`LEVEL_DEG`] inclined, whose beams lie in no plane.
     pub fn sight(&self) -> Option<(BeamGrid, Sight)> {
-        let (mirror, view) = self.seen.filter(|(_, view)| view.bend_rad == 0.0)?;
+        let line = self.shown()?;
+        let (mirror, view) = line.seen.filter(|(_, view)| view.bend_rad.to_degrees().abs() <= LEVEL_DEG)?;
         let axes = view.axes.unwrap_or(Axes::LEVEL);
-        let (first_rad, step_rad) = (self.fan.theta_rad(0), self.fan.step_rad());
+        let (first_rad, step_rad) = (line.fan.theta_rad(0), line.fan.step_rad());
         Some((
             mirror.beams,
             Sight { origin: view.pose, axes, first_rad, step_rad, advance_m: view.advance_m },
@@ -317,11 +382,11 @@ impl ScannerView {
 
     /// Ranges and remissions of the line last cast, first echo.
     pub fn echo(&self) -> &MeasuredEcho {
-        self.echoes.first().unwrap_or(&NO_ECHO)
+        self.shown().and_then(|line| line.echoes.first()).unwrap_or(&NO_ECHO)
     }
 
     /// The line last cast, beam by beam, with what each beam met: of a wide beam, the surface that returned most of its first echo.
     pub fn returns(&self) -> &[Return] {
-        &self.returns
+        self.shown().map_or(&[], |line| &line.returns)
     }
 }

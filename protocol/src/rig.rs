@@ -146,6 +146,11 @@ pub struct Mount {
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(example = Roof::Backward))]
     pub roof: Option<Roof>,
+    /// Which way a layer of positive elevation points. The two public clients of the multiScan read its phi with opposite signs: `up` is SICK's SDK and
+    /// guide, `down` sick_scan_xd. Scene and estimate both go by it.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Phi::is_up"))]
+    #[cfg_attr(feature = "schema", schemars(extend("default" = "up")))]
+    pub phi: Phi,
     /// The row it looks at.
     pub row: RowSide,
     /// Height of the mirror above Z = 0, metres.
@@ -222,6 +227,7 @@ impl Default for Mount {
             model: String::from("lms111"),
             orientation: Orientation::Side,
             roof: None,
+            phi: Phi::Up,
             row: RowSide::Right,
             height_m: 1.6,
             distance_m: 1.9,
@@ -252,6 +258,26 @@ pub enum Orientation {
     Side,
     /// At the sky: one scanner sees the rows on both sides.
     Up,
+}
+
+/// Which way a layer of positive elevation points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Phi {
+    /// To the side of the roof: z = + d sin phi.
+    #[default]
+    Up,
+    /// To the side of the floor: z = − d sin phi.
+    Down,
+}
+
+#[cfg(feature = "serde")]
+impl Phi {
+    fn is_up(&self) -> bool {
+        *self == Self::Up
+    }
 }
 
 /// The row that a scanner looks at.

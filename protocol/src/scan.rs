@@ -12,9 +12,13 @@ pub const NO_ECHO: f64 = f64::INFINITY;
 /// The range of a beam whose receiver was dazzled: not a number, for what it met is not known. Ask with `is_nan`.
 pub const DAZZLED: f64 = f64::NAN;
 
+/// A layer whose elevation is no more than that is taken for level, degrees: its beams lie within 1.7 % of their range beside the plane.
+pub const LEVEL_DEG: f64 = 1.0;
+
 /// Elevation of the layer with this code (1/100°), degrees: above the horizontal plane of the device, towards its roof.
 ///
 /// An MRS1000 counts downwards: its layers 250, 0, −250, −500 are SICK's "−2.5°, 0°, +2.5°, +5°". Signs of a public client; not verified on a scene.
+/// Of a multiScan the code is −phi: z = + d sin phi, as SICK's SDK reads it. [`Mount::phi`](crate::rig::Mount::phi) turns either about.
 pub fn elevation_deg(layer_centideg: i16) -> f64 {
     // Not −0.
     0.0 - f64::from(layer_centideg) / 100.0

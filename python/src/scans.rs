@@ -277,7 +277,7 @@ impl ScanArrays {
         let (placing, columns) = (Placing::new(rig, scanner, alley.flatten()), beams.len());
         let (mut points_m, mut scans, mut numbers) = (Vec::new(), Vec::<u32>::new(), Vec::<u32>::new());
         for ((scan, time_s), line) in (0..).zip(time_s).zip(ranges_m.chunks(columns.max(1))) {
-            let layer_deg = rowscan_protocol::scan::elevation_deg(self.told.layer_centideg);
+            let layer_deg = placing.layer_deg(self.told.layer_centideg);
             let placed = PlacedLine::new(*time_s, self.told.scan_frequency_hz, beams, layer_deg);
             for (beam, range_m) in (0..).zip(line).filter(|(_, range_m)| range_m.is_finite()) {
                 points_m.push(placing.place(&placed, beam as usize, *range_m));

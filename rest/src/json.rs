@@ -59,7 +59,7 @@ fn part_of(part: &Part, json: &Json) -> Result<Value, Status> {
     }
     let value = match part.kind {
         Kind::Flag => Value::Number(found.as_bool().ok_or(Status::InvalidData)?.into()),
-        Kind::Number { .. } => Value::Number(whole(found)?),
+        Kind::Number { .. } | Kind::Azimuth => Value::Number(whole(found)?),
         Kind::Address => {
             let list = found.as_array().ok_or(Status::InvalidData)?;
             let bytes: [&Json; 4] =

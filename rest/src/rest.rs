@@ -88,6 +88,9 @@ impl Rest {
         }
         let written = data.get(name).ok_or(Status::InvalidData)?;
         let value = json::to_value(variable, written)?;
+        if !variable.takes(device.model(), &value) {
+            return Err(Status::OutOfRange);
+        }
         device.set_value(variable, value, now).map_err(refused)?;
         Ok(Answer::from(Status::Ok))
     }

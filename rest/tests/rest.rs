@@ -137,17 +137,23 @@ fn the_configuration_example_reads_and_writes() {
 
 #[test]
 fn every_row_is_read_and_what_may_be_written_takes_what_it_reads() {
-    let mut bench = Bench::new();
-    for variable in VARIABLES {
-        let read = bench.get(variable.name)[variable.name].clone();
-        assert!(!read.is_null(), "{}", variable.name);
-        assert_eq!(read.is_object(), variable.is_struct(), "{}", variable.name);
-        let expected = if variable.access == Access::ReadOnly { 8 } else { 0 };
-        assert_eq!(bench.set(variable.name, read.clone()), expected, "{}", variable.name);
-        if expected == 0 {
-            assert_eq!(bench.get(variable.name)[variable.name], read);
+    let mut known = std::collections::BTreeSet::new();
+    for model in rowscan_protocol::model::SEGMENTED {
+        let mut bench = Bench::of(model.name);
+        let variables: Vec<_> = bench.device.variables().collect();
+        for variable in variables {
+            let read = bench.get(variable.name)[variable.name].clone();
+            assert!(!read.is_null(), "{}", variable.name);
+            assert_eq!(read.is_object(), variable.is_struct(), "{}", variable.name);
+            let expected = if variable.access == Access::ReadOnly { 8 } else { 0 };
+            assert_eq!(bench.set(variable.name, read.clone()), expected, "{}", variable.name);
+            if expected == 0 {
+                assert_eq!(bench.get(variable.name)[variable.name], read);
+            }
+            known.insert(variable.name);
         }
     }
+    assert_eq!(known.len(), VARIABLES.len(), "every row is of some model");
 }
 
 #[test]
@@ -164,6 +170,33 @@ fn a_picoscan120_has_what_its_table_has() {
     assert_eq!(bench.set("ScanDataEnable", json!(true)), 0);
     assert_eq!(bench.set("PerformanceProfileNumber", json!(3)), 5);
     assert_eq!(bench.get("ScanConfig")["ScanConfig"]["udiScanFreq"], 2000);
+}
+
+#[test]
+fn a_multiscan136_has_its_own_field_and_a_filter_of_layers() {
+    let mut bench = Bench::of("multiscan136");
+    assert_eq!(bench.get("DeviceIdent")["DeviceIdent"]["Name"], "multiScan");
+    assert_eq!(bench.get("DeviceType"), json!({ "DeviceType": "multiScan1xxx" }));
+    let mut layers = bench.get("LFPlayerFilter")["LFPlayerFilter"].clone();
+    assert_eq!(layers, json!({ "bEnable": false, "aLayers": vec![true; 16] }));
+    layers["aLayers"][3] = json!(false);
+    assert_eq!(bench.set("LFPlayerFilter", layers.clone()), 0);
+    assert_eq!(bench.get("LFPlayerFilter")["LFPlayerFilter"], layers);
+    // A list that is too short, and one of numbers.
+    for wrong in [json!(vec![true; 15]), json!(vec![1; 16])] {
+        assert_eq!(bench.set("LFPlayerFilter", json!({ "bEnable": true, "aLayers": wrong })), 2);
+    }
+    assert_eq!(bench.set("ScanDataPreformatting", json!(2)), 6);
+    for name in ["PerformanceProfileNumber", "ScanConfig"] {
+        assert_eq!(status(&bench.ask(Verb::Get, name, b"")), 5, "{name}");
+    }
+    let angles = |theta: i64| json!({ "bEnable": true, "fThetaStart": -theta, "fThetaStop": theta, "fPhiStart": -900_000, "fPhiStop": 900_000, "uiBeamIncrement": 1 });
+    assert_eq!(bench.set("LFPangleRangeFilter", angles(1_800_000)), 0);
+    assert_eq!(bench.set("LFPangleRangeFilter", angles(1_800_001)), 6);
+    let mut pico = Bench::of("picoscan150");
+    assert_eq!(pico.set("LFPangleRangeFilter", angles(1_380_000)), 0);
+    assert_eq!(pico.set("LFPangleRangeFilter", angles(1_380_001)), 6);
+    assert_eq!(status(&pico.ask(Verb::Get, "LFPlayerFilter", b"")), 5);
 }
 
 #[test]

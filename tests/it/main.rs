@@ -47,6 +47,7 @@ mod links;
 mod manual_pages;
 mod mount_pose;
 mod mrs1000;
+mod multiscan;
 mod nmea;
 mod nozzles;
 mod online_offline;

@@ -44,6 +44,21 @@ fn scans_of_datagrams_are_judged_and_one_that_is_cut_is_red() {
     );
 }
 
+/// A multiScan136: 16 lines a turn, and telegrams that need ten packets each.
+#[test]
+fn turns_of_several_lines_are_judged_and_fragments_that_are_lost_are_told() {
+    if !has_python() {
+        return;
+    }
+    for name in ["layers.toml", "fragments.toml"] {
+        let ended = check(name, &[]);
+        assert_eq!(ended.code, Some(0), "{name}: {}", ended.stdout);
+    }
+    let ended = check("layers_cut.toml", &[]);
+    assert_eq!(ended.code, Some(1), "{}", ended.stdout);
+    assert_says(&ended.stdout, &["scans_lost of pico: expected 0, found", "udp_fragment, on pico"]);
+}
+
 #[test]
 fn by_the_host_s_clock_they_are_judged_too() {
     if has_python() {

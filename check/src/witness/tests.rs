@@ -180,7 +180,7 @@ fn datagrams(witness: &Witness, turns: usize) -> Vec<Vec<u8>> {
         view.look(device.mirror(), at);
         device.measure(at, &view.line()).expect("it measures");
         let mut found = Vec::new();
-        device.segments(at, &view.line(), &mut found);
+        device.segments(at, &[view.line()], &mut found);
         all.extend(found.into_iter().map(|datagram| device.send(datagram).expect("it goes out").1));
     }
     all

@@ -73,7 +73,7 @@ impl PicoSession {
     pub(super) fn new(place: &PicoscanAddress, to: Option<SocketAddrV4>, config: &DriverConfig) -> Self {
         let (steps, has_mode) = to.map_or((Vec::new(), true), |to| step::start_up(to, &config.cola));
         let limited = HostEvent::Limited {
-            what: "a picoScan has no profile of the rig's frequency and resolution: it keeps its own",
+            what: "no picoScan or multiScan has a mode of the rig's frequency and resolution: it keeps its own",
         };
         Self {
             place: place.clone(),

@@ -3,7 +3,7 @@
 use std::net::SocketAddrV4;
 
 use rowscan_protocol::client::ColaConfig;
-use rowscan_protocol::model;
+use rowscan_protocol::model::SEGMENTED;
 use rowscan_protocol::rig::EchoChoice;
 use serde_json::{Value, json};
 
@@ -27,11 +27,12 @@ impl Step {
     }
 }
 
-/// The profile of a picoScan with this scan mode, if one is asked for; an error if it has none.
+/// The profile with this scan mode, if one is asked for and it is not the only mode of a model; an error if no scanner of this kind has the mode.
 fn profile(config: &ColaConfig) -> Result<Option<u8>, ()> {
     let Some(mode) = config.scan_mode else { return Ok(None) };
-    let model = model::by_name("picoscan150").ok_or(())?;
-    model.profile(mode).map(Some).ok_or(())
+    let mut profiles = SEGMENTED.iter().filter_map(|model| model.profile(mode));
+    let is_only_mode = SEGMENTED.iter().any(|model| model.modes == [mode]);
+    profiles.next().map(Some).or(is_only_mode.then_some(None)).ok_or(())
 }
 
 /// The start-up, and whether the scanner has the scan mode that is asked for.

@@ -17,8 +17,8 @@ use super::piece::{ANSWER, DATAGRAM};
 use crate::endpoint::dial;
 use crate::picoscan_address::PicoscanAddress;
 
-/// Room for a second of a picoScan's datagrams; the system may give less.
-const RECEIVE_BUFFER: usize = 1024 * 1024;
+/// Room for a second of a multiScan's datagrams; the system may give less.
+const RECEIVE_BUFFER: usize = 4 * 1024 * 1024;
 /// Datagrams of others that are passed over before others of this program have their turn.
 const MAX_FOREIGN: usize = 64;
 

@@ -1,4 +1,4 @@
-//! The device that answers in the place of a recorded picoScan.
+//! The device that answers in the place of a recorded picoScan or multiScan.
 
 use rowscan_protocol::device::{Device, Identity};
 use rowscan_protocol::model::{Model, SEGMENTED};

@@ -97,7 +97,7 @@ pub(super) const UDP_FRAGMENT: Row = Row {
         "1500",
         "bytes that a packet of the network holds, with its headers",
     )],
-    about: "A fragment of a datagram is lost, each with probability `p`, and with it the datagram; those that fit one packet arrive. Telegrams of picoScan profiles 3, 6 and 9 need several.",
+    about: "A fragment of a datagram is lost, each with probability `p`, and with it the datagram; those that fit one packet arrive. Telegrams of picoScan profiles 3, 6 and 9 need several, those of a multiScan136 ten.",
     reports: "segments_lost",
     recovery: "next turn",
     make: |settings| {

@@ -63,7 +63,9 @@ struct Open {
 #[derive(Clone, Copy, Debug)]
 struct Closed {
     number: u64,
+    /// The counter of its first line.
     counter: u16,
+    lines: u16,
     /// Its greatest telegram counter.
     last: u64,
 }
@@ -198,32 +200,34 @@ impl Assembler {
             self.interval = Some(number - closed.number);
         }
         let turns = self.closed.map(|closed| (number - closed.number) / self.interval.unwrap_or(1).max(1));
+        // A turn is a scan a line.
+        let lines = open.segments.values().next().map_or(0, |segment| segment.lines.len()) as u16;
         let counter = match (self.closed, turns) {
-            (Some(closed), Some(turns)) => closed.counter.wrapping_add(turns.max(1) as u16),
-            _ => number as u16,
+            (Some(closed), Some(turns)) => {
+                let between = (turns.max(1) as u16).wrapping_sub(1).wrapping_mul(lines);
+                closed.counter.wrapping_add(closed.lines).wrapping_add(between)
+            }
+            _ => (number as u16).wrapping_mul(lines),
         };
         let is_cut = self.closed.is_none() && !open.segments.contains_key(&0);
-        self.closed = Some(Closed { number, counter, last });
+        self.closed = Some(Closed { number, counter, lines, last });
         if is_cut {
             self.counts.cut += open.segments.len() as u64;
             return;
         }
         // Segments that the scanner's filter hides are not sent: where nothing is missing, these are all there are.
         self.layout = if is_unbroken && is_ended { found.whole() } else { self.layout.and(found) };
-        let beams = self.layout.beams();
-        self.ready.push_back(Frame { number, counter, segments: open.segments, beams });
+        let lines = self.layout.beams();
+        self.ready.push_back(Frame { number, counter, segments: open.segments, lines });
     }
 }
 
 impl Open {
-    /// True if the segment is of the same grid as the others and lies between its neighbours.
+    /// True if the segment is of the same grids as the others and lies between its neighbours.
     fn has_room_for(&self, segment: &Segment) -> bool {
         let before = self.segments.range(..segment.number).next_back();
         let after = self.segments.range(segment.number..).next();
-        let is_behind =
-            |other: &Segment| segment.steps_from(other).is_some_and(|steps| steps >= other.beams as i64);
-        let is_ahead =
-            |other: &Segment| other.steps_from(segment).is_some_and(|steps| steps >= segment.beams as i64);
-        before.is_none_or(|(_, other)| is_behind(other)) && after.is_none_or(|(_, other)| is_ahead(other))
+        before.is_none_or(|(_, other)| segment.comes_behind(other))
+            && after.is_none_or(|(_, other)| other.comes_behind(segment))
     }
 }

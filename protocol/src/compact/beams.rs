@@ -24,6 +24,12 @@ pub struct Beams {
     pub theta: Vec<u16>,
 }
 
+/// So many items from place `from` on, and again after each `stride`.
+fn every<T: Copy>(items: &[T], from: usize, count: usize, stride: usize) -> Vec<T> {
+    let rows = items.chunks(stride.max(1));
+    rows.flat_map(|row| row.iter().skip(from).take(count)).copied().collect()
+}
+
 /// One number of a beam.
 #[derive(Clone, Copy)]
 enum Slot {
@@ -62,6 +68,17 @@ pub(super) fn bytes(shape: Shape, content: Content) -> u64 {
 }
 
 impl Beams {
+    /// Those of one line of a module of this shape.
+    pub(super) fn of_line(&self, line: usize, shape: Shape) -> Self {
+        let (lines, echoes) = (shape.lines as usize, shape.echoes as usize);
+        Self {
+            distance: every(&self.distance, line * echoes, echoes, lines * echoes),
+            rssi: every(&self.rssi, line * echoes, echoes, lines * echoes),
+            properties: every(&self.properties, line, 1, lines),
+            theta: every(&self.theta, line, 1, lines),
+        }
+    }
+
     /// How long each list of a module of this shape and content is, by name, and how long it is here.
     pub(super) fn lengths(&self, shape: Shape, content: Content) -> [(&'static str, usize, usize); 4] {
         let (beams, echoes) = (shape.beams_of_lines(), shape.beams_of_lines() * shape.echoes as usize);

@@ -4,6 +4,7 @@ use alloc::collections::VecDeque;
 use core::time::Duration;
 
 use super::assembler::{Assembler, SegmentCounts};
+use super::frame::Frame;
 use super::stream::{Found, StreamDecoder};
 use super::telegram::Telegram;
 use crate::frame::FrameCounts;
@@ -20,6 +21,8 @@ pub struct CompactListener {
     decoder: StreamDecoder,
     assembler: Assembler,
     faults: VecDeque<ScanFault>,
+    /// A turn, and its lines that have been given.
+    turn: Option<(Frame, usize)>,
     scan: Scan,
     counts: FrameCounts,
 }
@@ -91,9 +94,15 @@ impl HostSession for CompactListener {
             if let Some(fault) = self.faults.pop_front() {
                 return Some(HostEvent::Malformed { fault });
             }
-            if let Some(frame) = self.assembler.next_frame() {
-                frame.to_scan_into(&mut self.scan);
+            if let Some((frame, given)) = self.turn.take().filter(|(frame, given)| *given < frame.lines.len())
+            {
+                frame.to_scan_into(given, &mut self.scan);
+                self.turn = Some((frame, given + 1));
                 return Some(HostEvent::Scan);
+            }
+            if let Some(frame) = self.assembler.next_frame() {
+                self.turn = Some((frame, 0));
+                continue;
             }
             let found = self.decoder.next_found()?;
             self.take(found);

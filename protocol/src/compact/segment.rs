@@ -1,17 +1,21 @@
-//! A segment of a turn as a driver needs it: one line of evenly spaced beams, checked.
+//! A segment of a turn as a driver needs it: lines of evenly spaced beams, checked.
 
 use alloc::format;
 use alloc::string::String;
+use alloc::vec::Vec;
 
 use super::angle::{TO_COLA, theta_rad};
 use super::beams::Beams;
 use super::scan::{Module, ScanTelegram};
 use super::shape::Content;
 use crate::angle::exact_step_deg;
+use crate::scan::elevation_deg;
 use crate::validity::{LARGEST_ANGLE_DEG, LARGEST_SCALE, LEAST_ANGLE_DEG, LEAST_SCALE, ScanFault};
 
 /// Numbers of segments that are believed; a multiScan has 12 a turn.
 pub(super) const MAX_SEGMENTS: u64 = 64;
+/// Lines of a segment that are believed; a multiScan has 16.
+const MAX_LINES_OF_ALL: usize = 64;
 /// How far a beam may be off its even place: its angle is rounded down to 1/5215 rad.
 const OFF_EVEN_RAD: f64 = 2.0 / 5215.0;
 
@@ -28,6 +32,15 @@ pub struct Segment {
     pub number: u64,
     /// The scanner's serial number.
     pub sender_id: u32,
+    /// Its lines, module by module; never empty.
+    pub lines: Vec<SegmentLine>,
+}
+
+/// One line of a segment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SegmentLine {
+    /// The layer as scans name it, [`Scan::layer_centideg`](crate::scan::Scan::layer_centideg): of the elevation that the telegram says, to 1/100°.
+    pub layer_centideg: i16,
     /// When its first beam was measured, µs.
     pub time_start_us: u64,
     /// When its last beam was, µs.
@@ -52,23 +65,64 @@ impl Segment {
     /// The segment that a telegram is.
     ///
     /// # Errors
-    /// It has several lines, no distances, or beams of which no scan can be made.
+    /// It has no lines, no distances, or beams of which no scan can be made.
     pub fn of(telegram: ScanTelegram) -> Result<Self, ScanFault> {
         let ScanTelegram { telegram_counter, transmit_time_us, modules, .. } = telegram;
-        let count = modules.0.len();
-        let Ok([module]) = <[Module; 1]>::try_from(modules.0) else {
-            return Err(fields(format!("it has {count} modules, expected 1: scanners of one line are read")));
+        let of_telegram = |module: &Module| (module.segment_counter, module.frame_number, module.sender_id);
+        let Some(first) = modules.0.first().map(of_telegram) else {
+            return Err(fields(String::from("it has no modules, expected 1 or more")));
         };
-        if module.shape.lines != 1 {
-            let lines = module.shape.lines;
-            return Err(fields(format!("it has {lines} lines, expected 1: scanners of one line are read")));
+        if modules.0.iter().any(|module| of_telegram(module) != first) {
+            return Err(fields(String::from(
+                "its modules are of several segments, turns or scanners, expected one",
+            )));
         }
-        if module.segment_counter >= MAX_SEGMENTS {
-            let number = module.segment_counter;
+        let (number, frame_number, sender_id) = first;
+        if number >= MAX_SEGMENTS {
             return Err(fields(format!("its segment is number {number}, expected below {MAX_SEGMENTS}")));
         }
-        let (start_rad, stop_rad) = (first(&module.theta_start_rad.0), first(&module.theta_stop_rad.0));
-        let step = step(&module, start_rad, stop_rad)?;
+        let count: usize = modules.0.iter().map(|module| module.shape.lines as usize).sum();
+        if count > MAX_LINES_OF_ALL {
+            return Err(fields(format!("it has {count} lines, expected at most {MAX_LINES_OF_ALL}")));
+        }
+        let mut lines = Vec::with_capacity(count);
+        for module in modules.0 {
+            SegmentLine::of_module(module, &mut lines)?;
+        }
+        for (place, line) in lines.iter().enumerate() {
+            if lines.iter().skip(place + 1).any(|other| other.layer_centideg == line.layer_centideg) {
+                let deg = elevation_deg(line.layer_centideg);
+                return Err(fields(format!(
+                    "two of its lines have the elevation {deg}°, expected one a layer"
+                )));
+            }
+        }
+        Ok(Self { telegram_counter, transmit_time_us, frame_number, number, sender_id, lines })
+    }
+
+    /// True if both are of one scanner, with lines of the same layers.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        let layer = |line: &SegmentLine| line.layer_centideg;
+        self.sender_id == other.sender_id && self.lines.iter().map(layer).eq(other.lines.iter().map(layer))
+    }
+
+    /// True if the beams of each line come behind those of `other`, an earlier segment of the turn: farther on, or right behind it where they have
+    /// gone around.
+    pub(super) fn comes_behind(&self, other: &Self) -> bool {
+        let between = self.number.saturating_sub(other.number) as i64;
+        let is_behind = |(line, before): (&SegmentLine, &SegmentLine)| {
+            line.steps_from(before).is_some_and(|steps| {
+                let beams = before.beams as i64;
+                steps >= beams || steps.saturating_add(line.turn()) == between.saturating_mul(beams)
+            })
+        };
+        self.is_like(other) && self.lines.iter().zip(&other.lines).all(is_behind)
+    }
+}
+
+impl SegmentLine {
+    /// Appends the lines of a module.
+    fn of_module(mut module: Module, lines: &mut Vec<Self>) -> Result<(), ScanFault> {
         if !module.content.has_distance() {
             return Err(ScanFault::NoDistance { channels: usize::from(module.content.has_rssi()) });
         }
@@ -76,31 +130,43 @@ impl Segment {
         if !(LEAST_SCALE..=LARGEST_SCALE).contains(&scale) {
             return Err(ScanFault::ScaleFactor { value: scale });
         }
-        Ok(Self {
-            telegram_counter,
-            transmit_time_us,
-            frame_number: module.frame_number,
-            number: module.segment_counter,
-            sender_id: module.sender_id,
-            time_start_us: module.time_start_us.0.first().copied().unwrap_or_default(),
-            time_stop_us: module.time_stop_us.0.first().copied().unwrap_or_default(),
-            start_deg: start_rad.to_degrees() + TO_COLA_DEG,
-            step,
-            beams: module.shape.beams as usize,
-            echoes: module.shape.echoes as usize,
-            scale_mm: f64::from(scale),
-            content: module.content,
-            values: module.beams,
-        })
+        for line in 0..module.shape.lines as usize {
+            let angle = |angles: &[f32]| angles.get(line).copied().map_or(f64::NAN, f64::from);
+            let time_us = |times: &[u64]| times.get(line).copied().unwrap_or_default();
+            let (start_rad, stop_rad) = (angle(&module.theta_start_rad.0), angle(&module.theta_stop_rad.0));
+            let is_alone = module.shape.lines == 1;
+            let values = if is_alone {
+                core::mem::take(&mut module.beams)
+            } else {
+                module.beams.of_line(line, module.shape)
+            };
+            lines.push(Self {
+                layer_centideg: layer(angle(&module.phi_rad.0))?,
+                time_start_us: time_us(&module.time_start_us.0),
+                time_stop_us: time_us(&module.time_stop_us.0),
+                start_deg: start_rad.to_degrees() + TO_COLA_DEG,
+                step: step(module.shape.beams, &values.theta, start_rad, stop_rad)?,
+                beams: module.shape.beams as usize,
+                echoes: module.shape.echoes as usize,
+                scale_mm: f64::from(scale),
+                content: module.content,
+                values,
+            });
+        }
+        Ok(())
     }
 
-    /// How many steps this segment's first beam lies beyond that of `other`; none where they are of different grids.
-    pub(super) fn steps_from(&self, other: &Self) -> Option<i64> {
-        let alike = (self.step, self.echoes, self.content, self.sender_id)
-            == (other.step, other.echoes, other.content, other.sender_id);
+    /// How many steps this line's first beam lies beyond that of `other`; none where they are of different grids.
+    fn steps_from(&self, other: &Self) -> Option<i64> {
+        let alike = (self.step, self.echoes, self.content) == (other.step, other.echoes, other.content);
         let steps = (self.start_deg - other.start_deg) / exact_step_deg(self.step);
         let whole = libm::round(steps);
         (alike && libm::fabs(steps - whole) < 0.25).then_some(whole as i64)
+    }
+
+    /// Steps of a whole turn.
+    fn turn(&self) -> i64 {
+        libm::round(360.0 / exact_step_deg(self.step)) as i64
     }
 
     /// How far its beams sweep, degrees.
@@ -116,13 +182,18 @@ fn fields(reason: String) -> ScanFault {
     ScanFault::Fields { reason }
 }
 
-fn first(angles: &[f32]) -> f64 {
-    angles.first().copied().map_or(f64::NAN, f64::from)
+/// The layer of this elevation: codes count downwards.
+fn layer(phi_rad: f64) -> Result<i16, ScanFault> {
+    let deg = phi_rad.to_degrees();
+    if !(-90.0..=90.0).contains(&deg) {
+        return Err(fields(format!("a line's elevation is {deg}°, expected −90° to 90°")));
+    }
+    Ok(libm::round(-100.0 * deg) as i16)
 }
 
-/// The angle between the beams of a module, 1/10000°, if they are evenly spaced and point where a scanner can.
-fn step(module: &Module, start_rad: f64, stop_rad: f64) -> Result<u16, ScanFault> {
-    let steps = match module.shape.beams {
+/// The angle between the beams of a line, 1/10000°, if they are evenly spaced and point where a scanner can.
+fn step(beams: u32, theta: &[u16], start_rad: f64, stop_rad: f64) -> Result<u16, ScanFault> {
+    let steps = match beams {
         0 => return Err(ScanFault::NoBeams),
         1 => return Err(fields(String::from("it has 1 beam, expected 2 or more: one has no step"))),
         beams => f64::from(beams - 1),
@@ -140,7 +211,7 @@ fn step(module: &Module, start_rad: f64, stop_rad: f64) -> Result<u16, ScanFault
         return Err(fields(format!("its beams are {}° apart, expected at most 6.5", step / 10_000.0)));
     };
     let between_rad = (stop_rad - start_rad) / steps;
-    let off = module.beams.theta.iter().enumerate().find(|(beam, code)| {
+    let off = theta.iter().enumerate().find(|(beam, code)| {
         libm::fabs(theta_rad(**code) - (start_rad + *beam as f64 * between_rad)) > OFF_EVEN_RAD
     });
     if let Some((beam, code)) = off {

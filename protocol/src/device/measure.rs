@@ -84,7 +84,7 @@ impl Device {
         }
         scan.version = self.model.scandata_version;
         scan.device_number = self.model.device_number;
-        scan.layer_angle = self.model.layer(turn);
+        scan.layer_angle = self.layer_of_turn(turn);
         scan.serial_number = self.identity.serial_number;
         scan.device_status = self.scan_status(starting);
         scan.inputs = [self.lines.input_mask(), 0];

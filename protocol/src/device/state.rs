@@ -44,6 +44,8 @@ pub struct Identity {
     pub ident: Option<(String, String)>,
     /// FirmwareVersion; the model's where absent.
     pub firmware: Option<String>,
+    /// Key of what its maker has measured of this unit: the elevations of its layers.
+    pub unit: u64,
 }
 
 impl Default for Identity {
@@ -56,6 +58,7 @@ impl Default for Identity {
             comment: String::new(),
             ident: None,
             firmware: None,
+            unit: 0,
         }
     }
 }
@@ -253,7 +256,7 @@ impl Device {
             period_ppm,
             beams: self.model.beams(mode),
             suppresses_fog: self.settings.suppression.code == ms_suppmode::FOG,
-            layer_centideg: self.model.layer(self.counters.turns),
+            layer_centideg: self.layer_of_turn(self.counters.turns),
         }
     }
 

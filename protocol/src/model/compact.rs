@@ -1,6 +1,10 @@
 //! How a scanner sends its turns as Compact telegrams over UDP.
 
+use super::layer::Layer;
 use crate::optics::Fact;
+
+/// Variables that only scanners with several layers a turn have.
+const OF_LAYERS: [&str; 2] = ["LFPlayerFilter", "ScanDataPreformatting"];
 
 /// What a model's Compact output is. Data only.
 #[derive(Debug)]
@@ -23,6 +27,10 @@ pub struct CompactOutput {
     pub imu_period_us: Option<u32>,
     /// It tells what the encoder at its inputs counts.
     pub encoder: bool,
+    /// The layers whose lines each turn has, the highest first; none where a turn is one line.
+    pub layers: &'static [Layer],
+    /// How far the elevation of a unit's layer may be off, degrees: each unit tells the ones that its maker has measured.
+    pub elevation_off_deg: Fact,
     /// Names of variables that others with Compact output have, and it has not.
     pub lacks: &'static [&'static str],
 }
@@ -30,7 +38,7 @@ pub struct CompactOutput {
 impl CompactOutput {
     /// Whether it has the variable `name`, if others with Compact output have it.
     pub fn has(&self, name: &str) -> bool {
-        !self.lacks.contains(&name)
+        !self.lacks.contains(&name) && (!OF_LAYERS.contains(&name) || !self.layers.is_empty())
     }
 
     /// Width of a segment at this scan frequency, 1/10000°.

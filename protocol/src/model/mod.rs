@@ -3,6 +3,7 @@
 mod any;
 mod compact;
 mod family;
+mod layer;
 mod lms100;
 mod lms111;
 mod lms151;
@@ -10,6 +11,7 @@ mod lms500;
 mod lms511;
 mod lms511_lite;
 mod mrs1000;
+mod multiscan136;
 pub(crate) mod optics;
 mod picoscan120;
 mod picoscan150;
@@ -25,6 +27,7 @@ use core::time::Duration;
 
 pub use any::{AnyModel, UnknownModel};
 pub use compact::CompactOutput;
+pub use layer::Layer;
 pub use scatter::Scatter;
 
 use crate::angle::BeamGrid;
@@ -49,7 +52,8 @@ pub static MODELS: &[&Model] = &[
 ];
 
 /// The models that send their scans as Compact telegrams over UDP out of the box, and speak CoLa besides.
-pub static SEGMENTED: &[&Model] = &[&picoscan150::PICOSCAN150, &picoscan120::PICOSCAN120];
+pub static SEGMENTED: &[&Model] =
+    &[&picoscan150::PICOSCAN150, &picoscan120::PICOSCAN120, &multiscan136::MULTISCAN136];
 
 /// All models that speak CoLa.
 pub fn all() -> impl Iterator<Item = &'static Model> + Clone {
@@ -94,7 +98,7 @@ pub const NOT_MODELLED: &[(&str, &str)] = &[
         "LMS1000",
         "its finer scan modes are interlaced (0.375° and 0.1875°: a telegram a turn, the first of a sequence with one beam more, by its manual) and its beams need the ANGL1 channel, whose contents are in no public source; neither is emulated",
     ),
-    ("multiScan136, multiScan165, LRS4000", "`decode` reads their telegrams; nothing sends them"),
+    ("multiScan165, LRS4000", "`decode` reads their telegrams; nothing sends them"),
     ("picoScan120", "no bytes of one are public"),
 ];
 

@@ -36,6 +36,8 @@ pub(super) const COMPACT_OUTPUT: CompactOutput = CompactOutput {
     jitter_us: Fact::recorded(20.0),
     imu_period_us: Some(10_082),
     encoder: true,
+    layers: &[],
+    elevation_off_deg: Fact::assumed(0.0),
     lacks: &[],
 };
 

@@ -3,7 +3,8 @@
 //! SICK counts the device angle α counter-clockwise as seen from above the roof: 0° to the device's right, 90° ahead. So a roof that looks the
 //! other way turns the sense of the angle.
 
-use super::{Mount, Orientation, RowSide};
+use super::{Mount, Orientation, Phi, RowSide};
+use crate::scan::elevation_deg;
 
 /// Which way along the drive the roof of the housing looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +57,14 @@ impl Mount {
         match self.roof_in_force() {
             Roof::Forward => 1.0,
             Roof::Backward => -1.0,
+        }
+    }
+
+    /// Elevation of the layer with this code, degrees, as this rig reads its sign: to the side of the roof where it is positive.
+    pub fn layer_deg(&self, layer_centideg: i16) -> f64 {
+        match self.phi {
+            Phi::Up => elevation_deg(layer_centideg),
+            Phi::Down => elevation_deg(layer_centideg.saturating_neg()),
         }
     }
 

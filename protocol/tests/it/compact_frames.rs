@@ -43,7 +43,7 @@ fn turns(profile: u8, count: u16) -> Turns {
         let line = MeasuredLine { grid: device.mirror().beams, echoes: &echoes };
         let (mut scan, mut datagrams) = (Scan::default(), Vec::new());
         device.measure(at, &line).unwrap().to_scan_into(&mut scan).unwrap();
-        device.segments(at, &line, &mut datagrams);
+        device.segments(at, &[line], &mut datagrams);
         let sent = datagrams.into_iter().map(|datagram| device.send(datagram).unwrap().1).collect();
         turns.lines.push(echoes);
         turns.datagrams.push(sent);
@@ -299,9 +299,18 @@ fn what_no_scan_can_be_made_of_says_why() {
         (
             (|scan: &mut ScanTelegram| scan.modules.0.push(scan.modules.0[0].clone()))
                 as fn(&mut ScanTelegram),
-            "2 modules, expected 1",
+            "two of its lines have the elevation 0°",
         ),
-        (|scan| scan.modules.0.clear(), "0 modules, expected 1"),
+        (
+            |scan| {
+                scan.modules.0.push(scan.modules.0[0].clone());
+                scan.modules.0[1].segment_counter += 1;
+            },
+            "of several segments",
+        ),
+        (|scan| scan.modules.0.clear(), "it has no modules"),
+        (|scan| scan.modules.0[0].phi_rad.0[0] = 2.0, "elevation is 114.59"),
+        (|scan| scan.modules.0[0].phi_rad.0[0] = f32::NAN, "elevation is NaN"),
         (|scan| scan.modules.0[0].segment_counter = 64, "number 64, expected below 64"),
         (|scan| scan.modules.0[0].theta_stop_rad.0[0] = 20.0, "its beams go from"),
         (|scan| scan.modules.0[0].theta_stop_rad.0[0] += 0.1, "off its place"),

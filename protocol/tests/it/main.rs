@@ -27,6 +27,7 @@ mod lms2xx_line;
 mod lms2xx_listing;
 mod lms2xx_start_ups;
 mod mrs1000;
+mod multiscan;
 mod mutated_frames;
 mod pair;
 mod picoscan;

@@ -52,7 +52,7 @@ fn turn(device: &mut Device, at: SimTime, echoes: &[MeasuredEcho]) -> Vec<Datagr
     let line = MeasuredLine { grid: device.mirror().beams, echoes };
     let mut datagrams = Vec::new();
     if device.measure(at, &line).is_some() {
-        device.segments(at, &line, &mut datagrams);
+        device.segments(at, &[line], &mut datagrams);
     }
     datagrams
 }

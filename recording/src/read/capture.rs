@@ -6,7 +6,8 @@ use pcap_parser::pcapng::{Block, InterfaceDescriptionBlock, parse_block_be, pars
 use pcap_parser::traits::PcapNGPacketBlock;
 
 use super::datagrams::Datagrams;
-use super::segment::{Carried, carried};
+use super::fragments::{Fragments, Whole};
+use super::segment::{Carried, Datagram, carried};
 use super::tcp::{Connections, Flows};
 use super::torn::Torn;
 
@@ -35,6 +36,9 @@ pub(super) fn read(file: &[u8]) -> Option<Capture> {
         true => packets.pcapng(file),
         false => packets.pcap(file)?,
     };
+    for lost in packets.fragments.lost() {
+        packets.datagrams.lose(lost);
+    }
     Some(Capture {
         connections: packets.connections.flows(),
         datagrams: packets.datagrams,
@@ -48,6 +52,7 @@ pub(super) fn read(file: &[u8]) -> Option<Capture> {
 struct Packets {
     connections: Connections,
     datagrams: Datagrams,
+    fragments: Fragments,
     /// Time of the first packet.
     began_ns: Option<u64>,
 }
@@ -68,6 +73,11 @@ impl Packets {
         match carried(interface.link, data) {
             Some(Carried::Tcp(segment)) => self.connections.push(&segment, at_ns),
             Some(Carried::Udp(datagram)) => self.datagrams.push(&datagram, at_ns),
+            Some(Carried::Fragment(fragment)) => {
+                if let Some(Whole { from, to, payload }) = self.fragments.push(&fragment, at_ns) {
+                    self.datagrams.push(&Datagram { from, to, payload: &payload }, at_ns);
+                }
+            }
             None => {}
         }
     }

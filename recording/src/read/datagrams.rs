@@ -5,6 +5,7 @@ use core::net::SocketAddr;
 use rowscan_protocol::compact;
 
 use super::StreamInfo;
+use super::fragments::Lost;
 use super::segment::Datagram;
 use crate::{Joint, Packet, Side, StreamKind};
 
@@ -35,6 +36,22 @@ impl Datagrams {
             joint: Joint::Anew,
             bytes: datagram.payload.to_vec(),
         });
+    }
+
+    /// Takes note of a datagram that did not become whole: the next one between the same two is behind a gap.
+    pub(super) fn lose(&mut self, lost: Lost) {
+        let Self { ways, packets } = self;
+        let is_way = |stream: usize| {
+            ways.get(stream).is_some_and(|(from, to)| (from.ip(), to.ip()) == (lost.from, lost.to))
+        };
+        let next =
+            packets.iter_mut().find(|packet| packet.at_ns >= Some(lost.at_ns) && is_way(packet.stream));
+        if let Some(packet) = next {
+            packet.joint = match packet.joint {
+                Joint::Gap { bytes, packets } => Joint::Gap { bytes, packets: packets + 1 },
+                _ => Joint::Gap { bytes: 0, packets: 1 },
+            };
+        }
     }
 
     /// Adds them to the streams of a capture and to its packets, in the order they came.

@@ -5,6 +5,7 @@ mod capture;
 mod carmen;
 mod datagrams;
 mod format;
+mod fragments;
 mod gzip;
 mod hex;
 mod mcap;

@@ -1,9 +1,11 @@
-//! The TCP segment or UDP datagram in a captured packet.
+//! The TCP segment, UDP datagram or fragment of one in a captured packet.
 
 use core::net::{IpAddr, SocketAddr};
 
-use etherparse::{LaxNetSlice, LaxSlicedPacket, TcpSlice, TransportSlice};
+use etherparse::{IpNumber, LaxIpv4Slice, LaxNetSlice, LaxSlicedPacket, TcpSlice, TransportSlice};
 use pcap_parser::Linktype;
+
+use super::fragments::Fragment;
 
 /// What TCP says about some bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,12 +34,13 @@ pub(super) struct Datagram<'a> {
 pub(super) enum Carried<'a> {
     Tcp(Segment<'a>),
     Udp(Datagram<'a>),
+    Fragment(Fragment<'a>),
 }
 
 /// The "any" device of Linux, second version; `pcap-parser` has no name for it.
 const LINUX_SLL2: Linktype = Linktype(276);
 
-/// The segment or datagram in a packet; `None` for all others, and for the fragments of a datagram.
+/// The segment, datagram or fragment of a datagram in a packet; `None` for all others. Of fragments, those of IPv4: no scanner sends others.
 ///
 /// Lax: a sender that leaves segmentation to its network card writes an IP length of 0, and a capture may have cut the packet.
 pub(super) fn carried(link: Linktype, packet: &[u8]) -> Option<Carried<'_>> {
@@ -53,6 +56,7 @@ pub(super) fn carried(link: Linktype, packet: &[u8]) -> Option<Carried<'_>> {
         _ => return None,
     };
     let (from, to): (IpAddr, IpAddr) = match sliced.net? {
+        LaxNetSlice::Ipv4(ip) if ip.payload().fragmented => return fragment(&ip).map(Carried::Fragment),
         LaxNetSlice::Ipv4(ip) => (ip.header().source_addr().into(), ip.header().destination_addr().into()),
         LaxNetSlice::Ipv6(ip) => (ip.header().source_addr().into(), ip.header().destination_addr().into()),
         _ => return None,
@@ -72,6 +76,20 @@ pub(super) fn carried(link: Linktype, packet: &[u8]) -> Option<Carried<'_>> {
     }
 }
 
+/// The fragment of a UDP datagram that a packet is. One that the capture has cut is none.
+fn fragment<'a>(ip: &LaxIpv4Slice<'a>) -> Option<Fragment<'a>> {
+    let (header, payload) = (ip.header(), ip.payload());
+    let is_udp = payload.ip_number == IpNumber::UDP && !payload.incomplete;
+    is_udp.then(|| Fragment {
+        from: header.source_addr().into(),
+        to: header.destination_addr().into(),
+        number: header.identification().into(),
+        at: usize::from(header.fragments_offset().byte_offset()),
+        more: header.more_fragments(),
+        bytes: payload.payload,
+    })
+}
+
 fn with_payload<'a>(from: SocketAddr, to: SocketAddr, tcp: &TcpSlice<'a>) -> Segment<'a> {
     let (sequence, syn, ack) = (tcp.sequence_number(), tcp.syn(), tcp.ack());
     Segment { from, to, sequence, syn, ack, payload: tcp.payload() }
@@ -85,7 +103,7 @@ mod tests {
     fn segment(link: Linktype, packet: &[u8]) -> Option<Segment<'_>> {
         match carried(link, packet)? {
             Carried::Tcp(segment) => Some(segment),
-            Carried::Udp(_) => None,
+            Carried::Udp(_) | Carried::Fragment(_) => None,
         }
     }
 
@@ -127,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_datagram_is_found_and_a_fragment_of_one_is_not() {
+    fn a_datagram_is_found_and_so_is_a_fragment_of_one() {
         let udp = |fragment: [u8; 2]| {
             let mut packet = vec![0x45, 0, 0, 31, 0, 0, fragment[0], fragment[1], 64, 17, 0, 0];
             packet.extend([10, 0, 0, 1, 10, 0, 0, 2]);
@@ -140,8 +158,15 @@ mod tests {
         let (from, to) = ("10.0.0.1:2115".to_owned(), 50_000);
         assert_eq!((found.from.to_string(), found.to.port(), found.payload), (from, to, &b"abc"[..]));
         // More fragments follow; behind others.
-        for fragment in [[0x20, 0], [0x00, 4]] {
-            assert_eq!(carried(Linktype::RAW, &udp(fragment)), None);
+        for (flags, more, at) in [([0x20, 0], true, 0), ([0x00, 4], false, 32), ([0x3F, 0xFF], true, 65_528)]
+        {
+            let packet = udp(flags);
+            let Some(Carried::Fragment(found)) = carried(Linktype::RAW, &packet) else {
+                panic!("a fragment")
+            };
+            assert_eq!((found.more, found.at, found.number, found.bytes), (more, at, 0, &packet[20..]));
+            // Cut by the capture.
+            assert_eq!(carried(Linktype::RAW, &packet[..30]), None);
         }
     }
 

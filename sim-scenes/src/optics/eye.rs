@@ -131,6 +131,13 @@ impl Eye {
         Self { roof_sense, ..self }
     }
 
+    /// The same for layer number `layer` of a scanner whose layers turn together: each has random numbers of its own, the first those of the eye.
+    #[must_use]
+    pub fn of_layer(self, layer: usize) -> Self {
+        let key = (layer as u64).rotate_left(48);
+        Self { seed: self.seed ^ key, unit: self.unit ^ key, sight: None, ..self }
+    }
+
     /// Beams from the next [`turn_to`](Self::turn_to) on leave the plane in which the mirror turns by this angle: ahead, along the fan's +Y, where it is
     /// positive. So does a layer of a scanner with several.
     pub fn elevate(&mut self, layer_rad: f64) {

@@ -1,4 +1,5 @@
-"""A controller on a picoScan's datagrams, with plain sockets: it puts the segments of a turn together and decides once a turn whether the nozzles open.
+"""A controller on the datagrams of a picoScan or multiScan, with plain sockets: it puts the segments of a turn together, of the line nearest to the
+level, and decides once a turn whether the nozzles open.
 
 usage: reader.py HOST:PORT [--rest HOST:PORT] [--to ADDRESS] [--deaf]
 
@@ -16,7 +17,9 @@ import urllib.request
 import zlib
 
 NEAR_MM = 2000  # canopy is what is nearer than this
-LINE = struct.Struct("<4sIQQII QQ I III QQ fff f I BBBB")  # a scan telegram of one line, version 4, up to its beams
+HEAD = struct.Struct("<4sIQQII")  # a scan telegram, version 4, up to its first module
+MODULE = struct.Struct("<QQIIII")  # a module up to its lines: segment, turn, sender, lines, beams, echoes
+TAIL = struct.Struct("<fIBBBB")  # and behind them: scale, size of the next module, content
 
 
 class Scanner:
@@ -54,12 +57,17 @@ def segment(datagram):
         return None
     if zlib.crc32(datagram[:-4]) != int.from_bytes(datagram[-4:], "little"):
         sys.exit("a telegram with a wrong checksum")
-    fields = LINE.unpack_from(datagram)
-    number, turn, lines, beams, echoes = fields[6], fields[7], *fields[9:12]
-    if lines != 1:
-        sys.exit("expected one line, found %d" % lines)
-    size = 4 * echoes + 3
-    return turn, number, [struct.unpack_from("<H", datagram, LINE.size + size * beam)[0] for beam in range(beams)]
+    at, size, found = HEAD.size, HEAD.unpack_from(datagram)[5], []
+    while size:
+        number, turn, _, lines, beams, echoes = MODULE.unpack_from(datagram, at)
+        angles = at + MODULE.size + 16 * lines
+        first = angles + 12 * lines + TAIL.size
+        beam = 4 * echoes + 3
+        for line, phi in enumerate(struct.unpack_from("<%df" % lines, datagram, angles)):
+            places = (first + beam * (lines * number + line) for number in range(beams))
+            found.append((abs(phi), [struct.unpack_from("<H", datagram, place)[0] for place in places]))
+        at, size = at + size, TAIL.unpack_from(datagram, first - TAIL.size)[1]
+    return turn, number, min(found)[1]
 
 
 def main(address, *flags):

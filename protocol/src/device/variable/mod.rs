@@ -9,9 +9,9 @@ mod table;
 
 pub use shape::{Kind, Part, Value};
 pub(super) use stored::Stored;
-pub(super) use table::Own;
 use table::Source;
 pub use table::{Access, VARIABLES, Variable};
+pub(super) use table::{LAYERS, Own};
 
 use alloc::vec::Vec;
 
@@ -20,6 +20,7 @@ use super::effect::compact;
 use super::known::{read_command, write_command};
 use super::refusal::Fault;
 use crate::frame::Dialect;
+use crate::model::Model;
 use crate::telegram::wire::{Reader, Writer};
 use crate::telegram::{Args, Kind as TelegramKind, SopasError, Telegram};
 
@@ -49,7 +50,9 @@ impl Variable {
 
     /// Sets its value, as a client that may do so.
     pub(super) fn set(&self, context: &mut Context<'_>, value: Vec<Value>) -> Result<(), SopasError> {
-        self.check(&value)?;
+        if !self.takes(context.device.model, &value) {
+            return Err(Fault::NoSuchCode.into());
+        }
         match self.source {
             Source::Stored(_) => {
                 context.device.settings.variables.set(self, value);
@@ -89,11 +92,10 @@ impl Variable {
         self.set(context, value)
     }
 
-    /// Refuses values that a part does not take.
-    fn check(&self, value: &[Value]) -> Result<(), SopasError> {
-        let fits = value.len() == self.parts.len()
-            && self.parts.iter().zip(value).all(|(part, value)| part.kind.takes(value));
-        if fits { Ok(()) } else { Err(Fault::NoSuchCode.into()) }
+    /// Whether each part takes its value on a scanner of `model`.
+    pub fn takes(&self, model: &Model, value: &[Value]) -> bool {
+        value.len() == self.parts.len()
+            && self.parts.iter().zip(value).all(|(part, value)| part.kind.takes_of(model, value))
     }
 
     fn read_parts(&self, reader: &mut Reader<'_>) -> Result<Vec<Value>, SopasError> {

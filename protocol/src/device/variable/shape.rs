@@ -2,7 +2,12 @@
 
 use alloc::string::String;
 
+use crate::compact::TO_COLA;
+use crate::model::Model;
 use crate::telegram::wire::{Fields, FlexString, Reader, WireError, Writer};
+
+/// 180°, 1/10000°.
+const HALF_TURN: i64 = 1_800_000;
 
 /// A part of a variable's value.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +32,8 @@ pub enum Kind {
         /// The most.
         to: i64,
     },
+    /// An angle in the plane of a scanner's lines, 1/10000°, 0 straight ahead: within the scanner's own field.
+    Azimuth,
     /// An IPv4 address: four bytes in CoLa, four numbers in REST.
     Address,
     /// A text of at most so many characters.
@@ -56,15 +63,24 @@ impl Kind {
     pub(in crate::device) fn value(self, number: i64) -> Value {
         match self {
             Self::Address => Value::Address((number as u32).to_be_bytes()),
-            Self::Flag | Self::Number { .. } | Self::Text(_) => Value::Number(number),
+            Self::Flag | Self::Number { .. } | Self::Azimuth | Self::Text(_) => Value::Number(number),
         }
     }
 
-    /// True if this is a value of this kind, within its range.
+    /// The same of a scanner of `model`.
+    pub(super) fn takes_of(self, model: &Model, value: &Value) -> bool {
+        let field = [model.start_angle, model.stop_angle].map(|angle| i64::from(angle - TO_COLA));
+        let is_round = field[1] - field[0] + i64::from(model.default_mode.step) >= 2 * HALF_TURN;
+        let is_inside = |angle| is_round || (field[0]..=field[1]).contains(&angle);
+        self.takes(value) && (self != Self::Azimuth || is_inside(value.number()))
+    }
+
+    /// True if this is a value of this kind, within the range that it has on any scanner.
     pub fn takes(self, value: &Value) -> bool {
         match (self, value) {
             (Self::Flag, Value::Number(number)) => (0..=1).contains(number),
             (Self::Number { from, to, .. }, Value::Number(number)) => (from..=to).contains(number),
+            (Self::Azimuth, Value::Number(number)) => number.abs() <= HALF_TURN,
             (Self::Address, Value::Address(_)) => true,
             (Self::Text(most), Value::Text(text)) => text.chars().count() <= most,
             _ => false,
@@ -90,6 +106,7 @@ impl Kind {
                 let word = reader.u32()?;
                 Value::Number(if from < 0 { i64::from(word as i32) } else { word.into() })
             }
+            Self::Azimuth => Value::Number((reader.u32()? as i32).into()),
             Self::Address => {
                 let mut address = [0_u8; 4];
                 address.read(reader)?;
@@ -108,7 +125,7 @@ impl Kind {
             (Self::Flag, value) => writer.u8(u8::from(value.number() != 0)),
             (Self::Number { bytes: 1, .. }, value) => writer.u8(value.number() as u8),
             (Self::Number { bytes: 2, .. }, value) => writer.u16(value.number() as u16),
-            (Self::Number { .. }, value) => writer.u32(value.number() as u32),
+            (Self::Number { .. } | Self::Azimuth, value) => writer.u32(value.number() as u32),
             (Self::Address, Value::Address(address)) => address.write(writer),
             (Self::Text(_), Value::Text(text)) => FlexString(text.clone()).write(writer),
             (Self::Address | Self::Text(_), _) => {}

@@ -155,7 +155,44 @@ const DESTINATION: &[Part] =
 const DELIVERED_TO: i64 = 0xC0A8_0064;
 const SWITCH: &[Part] = &plain(FLAG);
 const ANGLE: Kind = long(-1_380_000..=1_380_000);
+/// Layers that a filter of layers names.
+pub(in crate::device) const LAYERS: usize = 16;
 const ELEVATION: Kind = long(-900_000..=900_000);
+
+/// Off or on, and the same of each layer.
+const LAYER_FILTER: [Part; 1 + LAYERS] = {
+    const KEYS: [&str; LAYERS] = [
+        "aLayers.0",
+        "aLayers.1",
+        "aLayers.2",
+        "aLayers.3",
+        "aLayers.4",
+        "aLayers.5",
+        "aLayers.6",
+        "aLayers.7",
+        "aLayers.8",
+        "aLayers.9",
+        "aLayers.10",
+        "aLayers.11",
+        "aLayers.12",
+        "aLayers.13",
+        "aLayers.14",
+        "aLayers.15",
+    ];
+    let mut parts = [part("bEnable", FLAG); 1 + LAYERS];
+    let mut layer = 0;
+    while layer < LAYERS {
+        parts[1 + layer] = part(KEYS[layer], FLAG);
+        layer += 1;
+    }
+    parts
+};
+/// All layers are sent.
+const LAYERS_DELIVERED: [i64; 1 + LAYERS] = {
+    let mut numbers = [1; 1 + LAYERS];
+    numbers[0] = 0;
+    numbers
+};
 
 /// One row a variable.
 #[rustfmt::skip]
@@ -169,9 +206,11 @@ pub static VARIABLES: &[Variable] = &[
     stored("EncoderDataEthSettings", DESTINATION, &[1, DELIVERED_TO, 7504], "where encoder telegrams go", OAPI),
     own("PerformanceProfileNumber", &plain(byte(1..=11)), Source::Own(Own::Profile), "the scan mode of this number", CLIENTS),
     own("ScanConfig", &[part("udiScanFreq", long(1500..=5000)), part("ScanRange.uiLength", word(1..=1)), part("ScanRange.aRange.0.udiAngleRes", long(500..=10_000)), part("ScanRange.aRange.0.diStartAngle", ANGLE), part("ScanRange.aRange.0.diStopAngle", ANGLE)], Source::Own(Own::ScanConfig), "the scan mode in force, not the schema's 4000 and 2500, which contradict its profile 2", OAPI).read_only(),
-    stored("LFPangleRangeFilter", &[part("bEnable", FLAG), part("fThetaStart", ANGLE), part("fThetaStop", ANGLE), part("fPhiStart", ELEVATION), part("fPhiStop", ELEVATION), part("uiBeamIncrement", word(1..=20))], &[0, -900_000, 900_000, -900_000, 900_000, 1], "Compact: beams outside, and between each n-th, are sent as zero; a hidden segment is not sent", LOGGED),
+    stored("LFPangleRangeFilter", &[part("bEnable", FLAG), part("fThetaStart", Kind::Azimuth), part("fThetaStop", Kind::Azimuth), part("fPhiStart", ELEVATION), part("fPhiStop", ELEVATION), part("uiBeamIncrement", word(1..=20))], &[0, -900_000, 900_000, -900_000, 900_000, 1], "Compact: beams outside, and between each n-th, are sent as zero; a hidden segment is not sent", LOGGED),
+    stored("LFPlayerFilter", &LAYER_FILTER, &LAYERS_DELIVERED, "Compact: lines of layers that are off, counted from the highest, are not sent", LOGGED),
     stored("LFPintervalFilter", &[part("bEnable", FLAG), part("uiReductionFactor", long(2..=50))], &[0, 2], "Compact: only every n-th turn is sent", GUIDE),
     stored("LFPradialDistanceRangeFilter", &[part("bEnable", FLAG), part("ulDistMin", long(0..=200_000)), part("ulDistMax", long(0..=200_000))], &[0, 0, 200_000], "Compact: echoes outside are sent as zero", OAPI),
+    stored("ScanDataPreformatting", &plain(byte(1..=1)), &[1], "1: lines are sent as they are measured; 2, rectified, is not taken", CLIENTS),
     command("FREchoFilter", &plain(byte(0..=2)), "0 first echo, 1 all, 2 last", LOGGED),
     command("LocationName", &plain(Kind::Text(16)), "kept, and told in LMDscandata", OAPI),
     command("DeviceIdent", &[part("Name", Kind::Text(64)), part("Version", Kind::Text(64))], "the model and its firmware", OAPI).read_only(),
