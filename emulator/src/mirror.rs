@@ -2,8 +2,8 @@
 //! every client that wants it.
 
 use std::net::SocketAddrV4;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, MutexGuard};
 use std::time::Duration;
 
 use rowscan_ports::in_flight::InFlight;
@@ -18,6 +18,9 @@ use crate::shared::Shared;
 use crate::telegram::Telegram;
 use crate::turns::Turns;
 use crate::view::ScannerView;
+
+/// How often the layers of one turn are cast, if clients switch them meanwhile.
+const MAX_CASTS: usize = 4;
 
 /// How late a turn may come, host time. What holds a host up for less than [`Patience::MOST`] costs no scan. A host that is too slow loses
 /// scans, evenly, rather than that they come ever later: the first turn left out takes the patience away, each turn in time
@@ -96,10 +99,7 @@ impl MirrorSource {
             return false;
         }
         // Nothing to do, unless mirror or tractor were told something else since the line was cast ahead.
-        let (mirror, mirrors) = {
-            let device = self.shared.device();
-            (device.mirror(), self.layers(&device))
-        };
+        let mirror = self.shared.device().mirror();
         self.world.look(mirror, at);
         self.shared.device().set_encoder_ticks(self.world.encoder_ticks(at));
         // The scan at time zero is never sent, so that every run begins alike.
@@ -109,7 +109,7 @@ impl MirrorSource {
             self.shared.roster.audience(&mut self.audience);
         }
         let telegram = Telegram::measure(&self.shared, at, &self.world, &self.audience);
-        let streamed = heard && telegram.is_some() && self.stream(mirror, at, &mirrors);
+        let streamed = heard && telegram.is_some() && self.stream(mirror, at);
         self.turns.advance(mirror);
         let Some(telegram) = telegram else { return false };
         self.last_scan = Some(LastScan { at, telegram_counter: Some(telegram.counter()) });
@@ -125,12 +125,25 @@ impl MirrorSource {
         taken
     }
 
+    /// Casts the layers that go out, unless they were cast ahead, and takes the device: clients may switch layers while it is not held. None where they
+    /// do so again and again.
+    fn with_layers<'a>(&mut self, shared: &'a Shared, at: SimTime) -> Option<MutexGuard<'a, Device>> {
+        for _ in 0..MAX_CASTS {
+            let mirrors = self.layers(&shared.device());
+            self.world.look_at_layers(&mirrors, at);
+            let device = shared.device();
+            if self.layers(&device) == mirrors {
+                return Some(device);
+            }
+        }
+        None
+    }
+
     /// Hands the turn that was measured at `at` over as datagrams, each for its own instant; true if its scan goes where somebody
     /// listens, as far as that is known.
-    fn stream(&mut self, mirror: Mirror, at: SimTime, mirrors: &[Mirror]) -> bool {
-        // Cast ahead already, unless somebody has just asked for them.
-        self.world.look_at_layers(mirrors, at);
-        let mut device = self.shared.device();
+    fn stream(&mut self, mirror: Mirror, at: SimTime) -> bool {
+        let shared = Arc::clone(&self.shared);
+        let Some(mut device) = self.with_layers(&shared, at) else { return false };
         let Some(imu_period) = device.model().compact.map(|_| device.imu_period()) else { return false };
         let mut datagrams = Vec::new();
         device.segments(at, &self.world.lines(), &mut datagrams);

@@ -71,8 +71,8 @@ pub(super) static MULTISCAN136: Model = Model {
         "CoLa A and B and REST with the variables of docs/picoscan.md that it has; LMDscandata of the level layer alone with ScanDataFormat 3",
     ],
     not_emulated: &[
-        "interlaced modes (10 Hz/0.5° and 5 Hz/0.25°) and rectified output (ScanDataPreformatting 2): sFA 4, REST status 6",
-        "a telegram's LMDscandata of other layers: no bytes are public; with ScanDataFormat 3 only the level layer comes",
+        "interlaced modes (10 Hz/0.5° and 5 Hz/0.25°): nothing switches them on; rectified output (ScanDataPreformatting 2): sFA 4, REST status 6",
+        "LMDscandata of the other layers: no bytes are public; with ScanDataFormat 3 only the level layer comes",
         "what a picoScan150 does not emulate either",
         "the estimate is of the layer within 1° of the level; the other 15 are counted and left out (`other_layer`). The page and Foxglove show the lines of that layer alone",
     ],
