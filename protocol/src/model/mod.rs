@@ -99,7 +99,6 @@ pub const NOT_MODELLED: &[(&str, &str)] = &[
         "its finer scan modes are interlaced (0.375° and 0.1875°: a telegram a turn, the first of a sequence with one beam more, by its manual) and its beams need the ANGL1 channel, whose contents are in no public source; neither is emulated",
     ),
     ("multiScan165, LRS4000", "`decode` reads their telegrams; nothing sends them"),
-    ("picoScan120", "no bytes of one are public"),
 ];
 
 /// Everything that makes one scanner differ from another. Data only; the device reads it.
