@@ -27,7 +27,7 @@ impl Hearing {
     /// Orders of a client's sections since the last call.
     pub(super) fn ordered(&mut self) -> Vec<Command> {
         let (log, heard) = &mut self.orders;
-        let new: Vec<Command> = client::commands(log, *heard).into_iter().collect();
+        let new: Vec<Command> = client::commands(log, *heard).collect();
         *heard += new.len();
         new
     }
