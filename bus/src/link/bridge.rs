@@ -117,7 +117,7 @@ impl BridgeLink {
                         Some(frame) => ear.hear(PortEvent::Frame(frame)).await,
                         None => {
                             if let Some(so_far) = wrong.count() {
-                                tracing::warn!("{from}: no CAN frame: expected {LENGTH} bytes (id, length, data), found {count} ({so_far} so far)");
+                                tracing::warn!("{from}: no CAN frame: expected {LENGTH} bytes with an identifier of 11 or 29 bits and a length of 0 to 8, found {count} bytes ({so_far} so far)");
                             }
                         }
                     }

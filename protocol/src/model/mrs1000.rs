@@ -49,7 +49,8 @@ pub(super) static MRS1000: Model = Model {
         "LMPautostartmeas",
     ],
     times: Times {
-        // Together the 15 038 ms that were recorded from the start to the first scan; how they are shared is assumed: as an LMS1xx's, whose mirror turns by then.
+        // The recorded client asked for the state each second: 0 at 14.036 s after the start, 1 at 15.038 s. The later one is taken; how it is shared is assumed,
+        // as an LMS1xx's, whose mirror turns by then.
         spin_up: Duration::from_millis(14_958),
         first_scan: Duration::from_millis(80),
         start_reply: Duration::from_millis(3),
