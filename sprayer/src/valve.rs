@@ -24,6 +24,9 @@ pub enum Kind {
     Proportional,
 }
 
+/// A valve that settles has settled after so many time constants, to the last digit.
+pub(crate) const SETTLED: f64 = 40.0;
+
 /// When the periods of a pulsed valve begin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -302,8 +305,10 @@ impl Valve {
                 continue;
             }
             let course = Course::Settling { from: share, towards: *towards, tau_s: self.tau_s };
-            let piece = Piece { span, course };
-            let after = piece.share(span.to);
+            // What settles to nothing is shut in the end.
+            let shut = span.from + if *towards > 0.0 { f64::INFINITY } else { SETTLED * self.tau_s };
+            let piece = Piece { span: Span::new(span.from, span.to.min(shut)), course };
+            let after = if span.to < shut { piece.share(span.to) } else { 0.0 };
             let crossing = span.from + self.tau_s * libm::log((share - towards) / (OPEN_SHARE - towards));
             match (share > OPEN_SHARE, after > OPEN_SHARE) {
                 (true, true) => open.push(span),

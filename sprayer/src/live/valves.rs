@@ -6,10 +6,7 @@ use crate::flow::Flow;
 use crate::pass::valve_flows;
 use crate::span::{Span, Spans};
 use crate::troubles::Troubles;
-use crate::valve::{Kind, Valve};
-
-/// A valve that settles has settled after so many time constants, to the last digit.
-const SETTLED: f64 = 40.0;
+use crate::valve::{Kind, SETTLED, Valve};
 
 /// The valves of a boom, which are told commands as they come.
 #[derive(Clone, Debug)]
