@@ -3,7 +3,7 @@
 //! A scan of misses is data: a gap in the row is a true zero. A scan whose device reports an error or a window too dirty to measure through is
 //! none, nor is one whose beams point outside its model's field. What is left out is counted by cause, and so is the row driven meanwhile.
 
-use rowscan_protocol::scan::{LEVEL_DEG, Scan, elevation_deg};
+use rowscan_protocol::scan::{Scan, is_level};
 use rowscan_protocol::validity::{DeviceStatus, FaultCounts, ScanFault};
 use serde::Serialize;
 
@@ -28,7 +28,7 @@ pub enum Exclusion {
     OutsideField,
     /// The scan has no beams, or no ranges.
     NoBeams,
-    /// Another layer than the level one: more than [`LEVEL_DEG`] inclined.
+    /// Another layer than the level one: more than [`LEVEL_DEG`](rowscan_protocol::scan::LEVEL_DEG) inclined.
     OtherLayer,
 }
 
@@ -154,7 +154,7 @@ impl Gate {
             DeviceStatus::Ok | DeviceStatus::ContaminationWarning => {}
         }
         // A layer that is not used may look anywhere.
-        if elevation_deg(scan.layer_centideg).abs() > LEVEL_DEG {
+        if !is_level(scan.layer_centideg) {
             return Some(Exclusion::OtherLayer);
         }
         let outside = self.field.is_some_and(|field| {

@@ -102,7 +102,7 @@ impl Stage {
                 .with_encoder(self.scene.encoder)
                 .with_wind(self.scene.wind, self.scene.seed)
                 .with_eye(self.eye(index, model.into()));
-        let unit = self.scene.optics.unit.unwrap_or(self.scene.seed) ^ (index as u64).rotate_left(32);
+        let unit = self.scene.optics.unit_of(self.scene.seed, index);
         let mut device = Device::new(model, Identity { unit, ..Identity::of(model, index) });
         if self.scene.optics.stages.has(optics::Stage::Echoes) {
             device.set_factory_echo(model.optics.factory_echo);

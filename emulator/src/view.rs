@@ -251,9 +251,7 @@ impl ScannerView {
     fn view(&self, mirror: Mirror, at: SimTime) -> Viewpoint {
         let grid = mirror.beams;
         let beams = grid.len().saturating_sub(1) as f64;
-        let turn_s =
-            100.0 / f64::from(mirror.frequency_centihz.max(1)) * (1.0 + f64::from(mirror.period_ppm) * 1e-6);
-        let sweep_s = beams * grid.step_deg().abs() / 360.0 * turn_s;
+        let sweep_s = beams * grid.step_deg().abs() / 360.0 * mirror.turn_s();
         let motion = self.tractor.motion(at);
         // By the chord, so that first and last beam start exactly where the tractor was.
         let swept_m = self.tractor.motion(at + Duration::from_secs_f64(sweep_s)).way_m - motion.way_m;

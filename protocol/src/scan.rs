@@ -15,6 +15,11 @@ pub const DAZZLED: f64 = f64::NAN;
 /// A layer whose elevation is no more than that is taken for level, degrees: its beams lie within 1.7 % of their range beside the plane.
 pub const LEVEL_DEG: f64 = 1.0;
 
+/// True of the layer with this code if it is taken for level: no more than [`LEVEL_DEG`] inclined.
+pub fn is_level(layer_centideg: i16) -> bool {
+    elevation_deg(layer_centideg).abs() <= LEVEL_DEG
+}
+
 /// Elevation of the layer with this code (1/100°), degrees: above the horizontal plane of the device, towards its roof.
 ///
 /// An MRS1000 counts downwards: its layers 250, 0, −250, −500 are SICK's "−2.5°, 0°, +2.5°, +5°". Signs of a public client; not verified on a scene.

@@ -1,5 +1,6 @@
 //! The boom: sides, sections, nozzles and their valves, as `boom.toml` describes them.
 
+use rowscan_protocol::rig::RowSide;
 use rowscan_strict_toml::{TomlError, from_toml};
 use serde::{Deserialize, Serialize};
 
@@ -118,6 +119,15 @@ pub enum Side {
     Left,
     /// Its right.
     Right,
+}
+
+impl From<RowSide> for Side {
+    fn from(row: RowSide) -> Self {
+        match row {
+            RowSide::Left => Self::Left,
+            RowSide::Right => Self::Right,
+        }
+    }
 }
 
 /// Nozzles with one command: table `[[section]]`.

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::f64::consts::PI;
 
-use rowscan_protocol::rig::{Mount, Orientation, RowSide};
+use rowscan_protocol::rig::{Mount, Orientation};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::DeviceClock;
 
@@ -92,7 +92,7 @@ impl Controller {
         }
         let eye = |mount: &Mount| Eye {
             mount: mount.clone(),
-            side: if mount.row == RowSide::Right { Side::Right } else { Side::Left },
+            side: mount.row.into(),
             clock: DeviceClock::default(),
             at_s: None,
             way_m: 0.0,

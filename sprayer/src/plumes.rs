@@ -1,21 +1,18 @@
 //! What scanners see of a boom's spray: each nozzle is a plume of drops before those on its side.
 
-use rowscan_protocol::rig::{Mount, RowSide};
+use rowscan_protocol::rig::Mount;
 use rowscan_scenes::optics::Plume;
 
 use crate::boom::{Boom, Nozzle, Side};
-
-/// The narrowest and the widest cone that a plume can be, as half angles.
-const HALF_ANGLES_DEG: (f64, f64) = (1.0, 85.0);
 
 /// What the boom's nozzles spray before a scanner on this mount: a plume a nozzle of its side, which gives what the nozzle's valve lets through. None
 /// where the boom says nothing of drops.
 pub fn plumes(boom: &Boom, mount: &Mount) -> Vec<Plume> {
     let Some(drops) = boom.drops else { return Vec::new() };
-    let side = if mount.row == RowSide::Right { Side::Right } else { Side::Left };
+    let side = Side::from(mount.row);
     let plume = |nozzle: &Nozzle| {
         let jet = nozzle.jet;
-        let (narrowest_deg, widest_deg) = HALF_ANGLES_DEG;
+        let (narrowest_deg, widest_deg) = Plume::HALF_ANGLES_DEG;
         Plume {
             x_m: mount.distance_m - jet.distance_m,
             y_m: nozzle.ahead_m - mount.offset_y_m,
@@ -34,6 +31,8 @@ pub fn plumes(boom: &Boom, mount: &Mount) -> Vec<Plume> {
 
 #[cfg(test)]
 mod tests {
+    use rowscan_protocol::rig::RowSide;
+
     use super::*;
 
     const TEXT: &str = "version = 1\noffset_y_m = 0.3\ndistance_m = 1.4\nfan_deg = 60\n[drops]\ndrop_um = 200\n\

@@ -348,8 +348,7 @@ struct TreeBesideTruth<'a> {
 fn beside_truth(outcomes: &Outcomes) -> Vec<TreeBesideTruth<'_>> {
     let pairs = outcomes.estimate.trees.iter().zip(&outcomes.truth.trees);
     // The tree at which a drive ended was not passed.
-    let passed =
-        outcomes.estimate.trees.len() - usize::from(!outcomes.row_passed).min(outcomes.estimate.trees.len());
+    let passed = outcomes.estimate.trees.len().saturating_sub(usize::from(!outcomes.row_passed));
     pairs
         .enumerate()
         .map(|(place, (estimate, truth))| {

@@ -4,6 +4,7 @@ use crate::common;
 
 use std::collections::BTreeMap;
 
+use common::points::Leaves;
 use common::small_scene;
 use rowscan_canopy::Placing;
 use rowscan_emulator::offline::Offline;
@@ -12,7 +13,6 @@ use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::model;
 use rowscan_protocol::rig::{Orientation, Roof, RowSide};
 use rowscan_protocol::scan::Scan;
-use rowscan_scenes::Class;
 
 /// How far a point may be beside its leaf, metres: the facets of a cone, whole millimetres, and beams that advance by chords.
 const BESIDE_M: f64 = 0.004;
@@ -33,8 +33,7 @@ fn points_on_leaves(
     let mut offline = Offline::new(device, view);
     offline.set_up(ColaConfig::default()).expect("it takes it");
     let mut placing = Placing::new(Some(stage.rig.clone()), 0, Some(0));
-    let period_m = stage.orchard.length_m();
-    let trees: Vec<_> = stage.orchard.trees().collect();
+    let leaves = Leaves { orchard: &stage.orchard, beside_m: BESIDE_M, periods: 1 };
     let (mut found, mut scan) = (BTreeMap::<i16, (u32, u32)>::new(), Scan::default());
     for _ in 0..40 {
         if !offline.scan_into(&mut scan).expect("sound") {
@@ -42,25 +41,9 @@ fn points_on_leaves(
         }
         let layer = scan.layer_centideg;
         scan.layer_centideg = if mirrored { -layer } else { layer };
-        let line = placing.line(&scan);
-        let (all, on) = found.entry(layer).or_default();
-        for (beam, met) in offline.returns().iter().enumerate().filter(|(_, met)| met.class == Class::Leaf) {
-            let range_m = scan.echoes[0].range_m[beam];
-            if !range_m.is_finite() {
-                continue;
-            }
-            *all += 1;
-            let point = placing.place(&line, beam, range_m);
-            let leaf = &trees[met.tree as usize].leaves[met.organ as usize];
-            let within = |axis: usize, shift_m: f64| {
-                let at = |corner: &[f64; 3]| corner[axis] + shift_m;
-                let low = leaf.outline().iter().map(at).fold(f64::INFINITY, f64::min);
-                let high = leaf.outline().iter().map(at).fold(f64::NEG_INFINITY, f64::max);
-                (low - BESIDE_M..=high + BESIDE_M).contains(&point[axis])
-            };
-            let along = [-period_m, 0.0, period_m].iter().any(|shift_m| within(1, *shift_m));
-            *on += u32::from(within(0, 0.0) && within(2, 0.0) && along);
-        }
+        let (all, on) = leaves.points(&mut placing, &scan, offline.returns());
+        let sum = found.entry(layer).or_default();
+        *sum = (sum.0 + all, sum.1 + on);
     }
     found
 }

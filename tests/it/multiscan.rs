@@ -11,14 +11,15 @@ use rowscan_protocol::device::{Device, Mirror};
 use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::model;
 use rowscan_protocol::rig::{Phi, Rig};
-use rowscan_protocol::scan::{LEVEL_DEG, Scan, elevation_deg};
+use rowscan_protocol::scan::{Scan, is_level};
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Recording, Side};
-use rowscan_scenes::{Class, Return};
+use rowscan_scenes::Return;
 use serde_json::{Value, json};
 
 use crate::common::binary::{Telling, assert_says, run};
 use crate::common::captured::pcap;
+use crate::common::points::Leaves;
 use crate::common::recorded::{estimate, folder};
 use crate::common::small_scene;
 use crate::picoscan::post;
@@ -79,33 +80,16 @@ fn points_on_leaves(simulated: Phi, read: Phi) -> BTreeMap<i16, (u32, u32)> {
     let mut rig: Rig = stage.rig.clone();
     rig.scanners[0].phi = read;
     let mut placing = Placing::new(Some(rig), 0, Some(0));
-    let period_m = stage.orchard.length_m();
-    let trees: Vec<_> = stage.orchard.trees().collect();
+    let leaves = Leaves { orchard: &stage.orchard, beside_m: BESIDE_M, periods: 9 };
     let mut found = BTreeMap::<i16, (u32, u32)>::new();
     // The first turns come late: until two were whole nobody knows how many segments a turn has.
     for scan in turns.iter().flat_map(|turn| &turn.scans) {
         let Heard { mirrors, returns, .. } = &turns[usize::from(scan.scan_counter)];
         let line = mirrors.iter().position(|mirror| mirror.layer_centideg == scan.layer_centideg);
         let returns = &returns[line.expect("a layer of the unit")];
-        let placed = placing.line(scan);
-        let (all, on) = found.entry(scan.layer_centideg).or_default();
-        for (beam, met) in returns.iter().enumerate().filter(|(_, met)| met.class == Class::Leaf) {
-            let range_m = scan.echoes[0].range_m[beam];
-            if !range_m.is_finite() {
-                continue;
-            }
-            *all += 1;
-            let point = placing.place(&placed, beam, range_m);
-            let leaf = &trees[met.tree as usize].leaves[met.organ as usize];
-            let within = |axis: usize, shift_m: f64| {
-                let at = |corner: &[f64; 3]| corner[axis] + shift_m;
-                let low = leaf.outline().iter().map(at).fold(f64::INFINITY, f64::min);
-                let high = leaf.outline().iter().map(at).fold(f64::NEG_INFINITY, f64::max);
-                (low - BESIDE_M..=high + BESIDE_M).contains(&point[axis])
-            };
-            let along = (-9..=9).any(|period| within(1, f64::from(period) * period_m));
-            *on += u32::from(within(0, 0.0) && within(2, 0.0) && along);
-        }
+        let (all, on) = leaves.points(&mut placing, scan, returns);
+        let sum = found.entry(scan.layer_centideg).or_default();
+        *sum = (sum.0 + all, sum.1 + on);
     }
     found
 }
@@ -122,9 +106,8 @@ fn points_of_every_layer_are_on_the_leaves_that_its_beams_met() {
         assert!(found.values().map(|(all, _)| all).sum::<u32>() > 2000, "{found:?}");
         // The wrong twin.
         for (layer, (all, on)) in points_on_leaves(phi, other) {
-            let is_level = elevation_deg(layer).abs() <= LEVEL_DEG;
             assert!(
-                is_level || all == 0 || f64::from(on) < 0.5 * f64::from(all),
+                is_level(layer) || all == 0 || f64::from(on) < 0.5 * f64::from(all),
                 "{phi:?}, layer {layer}: {on} of {all}"
             );
         }

@@ -37,6 +37,18 @@ fn passes(found: &[(String, String, String)]) {
     assert!(found.iter().all(|(_, verdict, _)| verdict == "passed"), "{found:?}");
 }
 
+/// Each error of the controller of spray.py is caught by its expectation.
+fn errors_fail_alike(scenario: &str, folder: &Path) {
+    for (fault, caught_by) in
+        [("no_compensation", "latency_error_m open"), ("reversed", "edges"), ("dead", "recall")]
+    {
+        let found = judged(scenario, fault, &folder.join(fault));
+        let is_caught =
+            found.iter().any(|(what, verdict, _)| what.contains(caught_by) && verdict == "failed");
+        assert!(is_caught, "{fault}: {found:?}");
+    }
+}
+
 /// The scores of a kept run; `code` is 1 where they are unknown.
 fn score(folder: &Path, code: i32) -> serde_json::Value {
     let ended = run(&["score", text(folder), "--format", "json"]);
@@ -219,14 +231,7 @@ fn sections_told_as_agopengps_tells_its_modules_score_as_over_can_and_its_errors
     for key in ["recall", "waste", "litres"] {
         assert_eq!(udp[key], can[key], "{key}");
     }
-    for (fault, caught_by) in
-        [("no_compensation", "latency_error_m open"), ("reversed", "edges"), ("dead", "recall")]
-    {
-        let found = judged("agopengps.toml", fault, &keep(fault));
-        let is_caught =
-            found.iter().any(|(what, verdict, _)| what.contains(caught_by) && verdict == "failed");
-        assert!(is_caught, "{fault}: {found:?}");
-    }
+    errors_fail_alike("agopengps.toml", folder.path());
 }
 
 /// What differs is only that the scanner sees the spray.
@@ -283,14 +288,7 @@ fn a_controller_that_speaks_lines_scores_as_over_can_and_its_errors_fail_alike()
         // Over CAN it also decides at each frame, between scans.
         assert!((lines / can - 1.0).abs() < 0.005, "{key}: {lines} by lines, {can} over CAN");
     }
-    for (fault, caught_by) in
-        [("no_compensation", "latency_error_m open"), ("reversed", "edges"), ("dead", "recall")]
-    {
-        let found = judged("lines.toml", fault, &keep(fault));
-        let is_caught =
-            found.iter().any(|(what, verdict, _)| what.contains(caught_by) && verdict == "failed");
-        assert!(is_caught, "{fault}: {found:?}");
-    }
+    errors_fail_alike("lines.toml", folder.path());
 }
 
 #[test]

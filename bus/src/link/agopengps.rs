@@ -13,7 +13,7 @@ use rowscan_ports::Tally;
 use tokio::net::UdpSocket;
 use tokio::sync::mpsc;
 
-use super::{BusError, PortListener};
+use super::{BusError, PortListener, listen_udp};
 use crate::CanFrame;
 use crate::pgn::sprayer::{SECTION_DUTIES, SECTIONS};
 use crate::port_event::{OutgoingFrame, PortEvent};
@@ -153,10 +153,7 @@ pub struct AgopengpsLink {
 
 impl AgopengpsLink {
     pub(super) async fn open(place: &str) -> Result<Self, BusError> {
-        let failed =
-            |cause| BusError::Network { what: "a module of AgOpenGPS", address: place.to_owned(), cause };
-        let socket = UdpSocket::bind(place).await.map_err(failed)?;
-        let address = socket.local_addr().map_err(failed)?;
+        let (socket, address) = listen_udp("a module of AgOpenGPS", place).await?;
         Ok(Self { socket, address })
     }
 

@@ -12,10 +12,12 @@ use rowscan_ports::Tally;
 use tokio::net::UdpSocket;
 use tokio::sync::mpsc;
 
-use super::{BusError, PortListener};
+use super::{BusError, PortListener, listen_udp};
 use crate::port_event::{OutgoingFrame, PortEvent};
 use crate::{CanFrame, CanId};
 
+/// What it is, in messages.
+const WHAT: &str = "a CAN bridge by UDP";
 /// Bytes of a datagram.
 pub const LENGTH: usize = 13;
 /// The bit of an identifier that says that it is an extended one.
@@ -64,8 +66,7 @@ pub struct BridgeLink {
 impl BridgeLink {
     /// Speaks to the bridge that listens at `place`.
     pub(super) async fn to(place: &str) -> Result<Self, BusError> {
-        let failed =
-            |cause| BusError::Network { what: "a CAN bridge by UDP", address: place.to_owned(), cause };
+        let failed = |cause| BusError::Network { what: WHAT, address: place.to_owned(), cause };
         let mut found = tokio::net::lookup_host(place).await.map_err(failed)?;
         let nobody = || std::io::Error::new(std::io::ErrorKind::NotFound, "the name has no address");
         let to = found.next().ok_or_else(|| failed(nobody()))?;
@@ -82,10 +83,7 @@ impl BridgeLink {
 
     /// Listens at `place`.
     pub(super) async fn at(place: &str) -> Result<Self, BusError> {
-        let failed =
-            |cause| BusError::Network { what: "a CAN bridge by UDP", address: place.to_owned(), cause };
-        let socket = UdpSocket::bind(place).await.map_err(failed)?;
-        let address = socket.local_addr().map_err(failed)?;
+        let (socket, address) = listen_udp(WHAT, place).await?;
         Ok(Self { socket, address, peer: Peer::Last(None) })
     }
 

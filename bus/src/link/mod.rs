@@ -15,8 +15,10 @@ pub mod udp;
 
 use std::fmt;
 use std::io;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
+use tokio::net::UdpSocket;
 use tokio::sync::mpsc;
 
 use super::BusAddress;
@@ -59,6 +61,14 @@ pub enum BusError {
         /// What the system said.
         cause: String,
     },
+}
+
+/// A UDP socket at `place`, and where that is.
+async fn listen_udp(what: &'static str, place: &str) -> Result<(UdpSocket, SocketAddr), BusError> {
+    let failed = |cause| BusError::Network { what, address: place.to_owned(), cause };
+    let socket = UdpSocket::bind(place).await.map_err(failed)?;
+    let address = socket.local_addr().map_err(failed)?;
+    Ok((socket, address))
 }
 
 /// Where a link hands what it hears.
@@ -113,7 +123,7 @@ pub enum Link {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Found {
     /// At a network address.
-    Address(std::net::SocketAddr),
+    Address(SocketAddr),
     /// Under a path.
     Path(PathBuf),
     /// By its name.

@@ -5,7 +5,7 @@ use std::time::Duration;
 use rowscan_protocol::compact::CompactListener;
 use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::model::{Model, ScanMode};
-use rowscan_protocol::scan::{LEVEL_DEG, Scan, elevation_deg};
+use rowscan_protocol::scan::{Scan, is_level};
 
 /// What the recorded datagrams of a stream tell of their device.
 #[derive(Debug, Default)]
@@ -41,9 +41,12 @@ impl CompactPart {
             let scan = self.listener.scan();
             // A turn counts once, with the first of its lines.
             turns += u64::from(self.turn.replace(scan.scan_counter) != Some(scan.scan_counter));
-            let is_level = |scan: &Scan| elevation_deg(scan.layer_centideg).abs() <= LEVEL_DEG;
-            self.has_layers |= !is_level(scan);
-            if self.first.as_ref().is_none_or(|first| !is_level(first) && is_level(scan)) {
+            self.has_layers |= !is_level(scan.layer_centideg);
+            if self
+                .first
+                .as_ref()
+                .is_none_or(|first| !is_level(first.layer_centideg) && is_level(scan.layer_centideg))
+            {
                 self.first = Some(scan.clone());
             }
         }

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::seen::Seen;
+use super::seen::LayersSent;
 use super::state::{Device, Mirror};
 use crate::angle::BeamGrid;
 use crate::compact::TO_COLA;
@@ -72,12 +72,12 @@ impl Device {
 
     /// The layers that have a line in each turn as somebody sees it: the level one, and those that are sent.
     pub(super) fn layers_seen(&self) -> Vec<UnitLayer> {
-        let seen = Seen::new(&self.settings.variables);
+        let sent = LayersSent::new(&self.settings.variables);
         let mut layers = self.unit_layers();
         let mut place = 0;
         layers.retain(|found| {
             place += 1;
-            place == 1 || seen.layers.sends(found.number)
+            place == 1 || sent.sends(found.number)
         });
         layers
     }

@@ -7,7 +7,7 @@ use core::time::Duration;
 
 use super::datagram::{Datagram, Silent, Stream};
 use super::measured::MeasuredLine;
-use super::seen::Seen;
+use super::seen::{LayersSent, Seen};
 use super::state::Device;
 use super::turn::Turn;
 use super::variable::Value;
@@ -91,7 +91,8 @@ impl Device {
         }
         let seen = Seen::new(&self.settings.variables);
         let lines = Turn::lines(self, compact, lines, &seen);
-        let turn = Turn { device: self, compact, lines, frame, at, seen };
+        let turn_s = self.mirror().turn_s();
+        let turn = Turn { device: self, compact, lines, frame, at, turn_s, seen };
         let before = out.len();
         out.extend(turn.datagrams());
         if let Some(last) = out.get_mut(before..).and_then(<[Datagram]>::last_mut) {
@@ -102,8 +103,8 @@ impl Device {
     /// Lines that a turn is sent with.
     pub fn lines_a_turn(&self) -> usize {
         let layers = self.model.compact.map_or(0, |compact| compact.layers.len());
-        let seen = Seen::new(&self.settings.variables);
-        if layers == 0 { 1 } else { (0..layers).filter(|layer| seen.layers.sends(*layer)).count() }
+        let sent = LayersSent::new(&self.settings.variables);
+        if layers == 0 { 1 } else { (0..layers).filter(|layer| sent.sends(*layer)).count() }
     }
 
     /// Turns from one that is sent as telegrams to the next.

@@ -95,6 +95,13 @@ pub struct Mirror {
     pub layer_centideg: i16,
 }
 
+impl Mirror {
+    /// How long a turn takes, seconds.
+    pub fn turn_s(&self) -> f64 {
+        100.0 / f64::from(self.frequency_centihz.max(1)) * (1.0 + f64::from(self.period_ppm) * 1e-6)
+    }
+}
+
 /// A scan mode the model does not have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(

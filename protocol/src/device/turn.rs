@@ -30,6 +30,8 @@ pub(super) struct Turn<'a> {
     pub(super) lines: Vec<Line<'a>>,
     pub(super) frame: u64,
     pub(super) at: SimTime,
+    /// How long it takes, seconds.
+    pub(super) turn_s: f64,
     pub(super) seen: Seen,
 }
 
@@ -189,10 +191,7 @@ impl<'a> Turn<'a> {
 
     /// When a beam is measured: the mirror turns evenly.
     fn instant(&self, line: &Line<'_>, beam: usize) -> SimTime {
-        let mirror = self.device.mirror();
-        let turn_s =
-            100.0 / f64::from(mirror.frequency_centihz.max(1)) * (1.0 + f64::from(mirror.period_ppm) * 1e-6);
-        self.at + Duration::from_secs_f64(beam as f64 * line.line.grid.step_deg() / 360.0 * turn_s)
+        self.at + Duration::from_secs_f64(beam as f64 * line.line.grid.step_deg() / 360.0 * self.turn_s)
     }
 }
 

@@ -11,6 +11,7 @@ use rowscan_protocol::random::{Rng, Stream};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 use rowscan_protocol::time::SimTime;
 
+use crate::datagrams::{self, scan_of};
 use crate::picoscan::streaming;
 
 /// Turns of a device, each with what was measured and its datagrams.
@@ -54,28 +55,7 @@ fn turns(profile: u8, count: u16) -> Turns {
 
 /// The scans that come of these datagrams.
 fn heard<'a>(datagrams: impl IntoIterator<Item = &'a Vec<u8>>) -> (Vec<Scan>, CompactListener) {
-    let (mut listener, mut scans) = (CompactListener::default(), Vec::new());
-    let mut take = |listener: &mut CompactListener| {
-        while let Some(event) = listener.poll_event() {
-            if event == HostEvent::Scan {
-                scans.push(listener.scan().clone());
-            }
-        }
-    };
-    for datagram in datagrams {
-        listener.handle_datagram(Duration::ZERO, datagram);
-        take(&mut listener);
-    }
-    listener.handle_end();
-    take(&mut listener);
-    (scans, listener)
-}
-
-fn scan_of(datagram: &[u8]) -> ScanTelegram {
-    match Telegram::decode(datagram).unwrap() {
-        Telegram::Scan(scan) => scan,
-        other => panic!("{}", other.name()),
-    }
+    datagrams::heard(datagrams, |_| {})
 }
 
 fn encoded(scan: ScanTelegram) -> Vec<u8> {

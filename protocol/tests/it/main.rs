@@ -11,6 +11,7 @@
 )]
 
 mod bench;
+mod datagrams;
 mod facts;
 
 mod compact;

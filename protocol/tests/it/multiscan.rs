@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use crate::bench::Bench;
+use crate::datagrams::{self, scan_of};
 use proptest::prelude::*;
-use rowscan_protocol::compact::{CompactListener, Module, ScanTelegram, Telegram, theta_rad};
+use rowscan_protocol::compact::{CompactListener, Module, Telegram, theta_rad};
 use rowscan_protocol::device::{Device, Identity, MeasuredEcho, MeasuredLine, Mirror};
 use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::model::by_name;
@@ -76,30 +77,8 @@ fn turns(device: &mut Device, count: u16) -> Turns {
     Turns { mirrors, lines, datagrams, scans }
 }
 
-fn scan_of(datagram: &[u8]) -> ScanTelegram {
-    match Telegram::decode(datagram).unwrap() {
-        Telegram::Scan(scan) => scan,
-        other => panic!("{}", other.name()),
-    }
-}
-
 fn heard<'a>(datagrams: impl IntoIterator<Item = &'a Vec<u8>>) -> (Vec<Scan>, CompactListener) {
-    let (mut listener, mut scans) = (CompactListener::default(), Vec::new());
-    let mut take = |listener: &mut CompactListener| {
-        while let Some(event) = listener.poll_event() {
-            match event {
-                HostEvent::Scan => scans.push(listener.scan().clone()),
-                other => panic!("{other:?}"),
-            }
-        }
-    };
-    for datagram in datagrams {
-        listener.handle_datagram(Duration::ZERO, datagram);
-        take(&mut listener);
-    }
-    listener.handle_end();
-    take(&mut listener);
-    (scans, listener)
+    datagrams::heard(datagrams, |other| panic!("{other:?}"))
 }
 
 fn shapes(modules: &[Module]) -> Vec<[u32; 3]> {

@@ -106,13 +106,14 @@ impl Eye {
     /// The eye of scanner number `scanner` in a scene with this seed.
     pub fn new(model: EyeModel<'_>, settings: &OpticsSettings, seed: u64, scanner: usize) -> Self {
         let most = if settings.stages.has(Stage::Echoes) { usize::from(model.echoes) } else { 1 };
+        let unit = settings.unit_of(seed, scanner);
         let seed = seed ^ (scanner as u64).rotate_left(32);
         Self {
             rules: Rules::of(&model.optics.pulse, settings.min_share, most),
             optics: *model.optics,
             limits: model.limits,
             seed,
-            unit: settings.unit.map_or(seed, |unit| unit ^ (scanner as u64).rotate_left(32)),
+            unit,
             roof_sense: Mount::default().roof_sense(),
             air: settings.stages.has(Stage::Air).then(|| AirStage::new(&settings.air, model.optics)),
             settings: settings.clone(),

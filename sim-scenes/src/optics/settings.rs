@@ -89,6 +89,11 @@ impl OpticsSettings {
         if self.stages.has(Stage::Air) { self.air.contamination() } else { 0 }
     }
 
+    /// The seed of the unit that scanner number `scanner` is, in a scene with this seed.
+    pub fn unit_of(&self, seed: u64, scanner: usize) -> u64 {
+        self.unit.unwrap_or(seed) ^ (scanner as u64).rotate_left(32)
+    }
+
     /// How wide the beams are, as a rig says it.
     pub(crate) fn beam_width(&self) -> BeamWidth {
         if self.stages.has(Stage::Spot) { BeamWidth::Device } else { BeamWidth::Ideal }

@@ -3,6 +3,7 @@
 
 pub mod binary;
 pub mod captured;
+pub mod points;
 pub mod recorded;
 pub mod replayed;
 pub mod studies;

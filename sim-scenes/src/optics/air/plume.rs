@@ -15,9 +15,6 @@ use crate::optics::touch::{NO_RAY, Touch};
 /// Half angle of a hollow cone of the 80° class.
 const HALF_ANGLE_DEG: f64 = 35.0;
 
-/// The widest cone's half angle.
-const WIDEST_DEG: f64 = 85.0;
-
 /// Scatter of the concentration from shot to shot, sd of its logarithm \[ASM\].
 const SCATTER: f64 = 0.5;
 
@@ -120,6 +117,9 @@ impl Default for Plume {
 }
 
 impl Plume {
+    /// Half angles of the narrowest and the widest cone, degrees.
+    pub const HALF_ANGLES_DEG: (f64, f64) = (1.0, 85.0);
+
     pub(super) fn validate(&self) -> Result<(), ParameterError> {
         for (key, place) in [("x_m", self.x_m), ("y_m", self.y_m), ("z_m", self.z_m)] {
             require_within(&format!("optics.air.plume.{key}"), place, -20.0, 20.0)?;
@@ -140,7 +140,8 @@ impl Plume {
             require_within("optics.air.plume.change.at_m", change.at_m.unwrap_or(0.0), -1e6, 1e6)?;
         }
         require_within("optics.air.plume.drop_um", self.drop_um, 10.0, 5000.0)?;
-        require_within("optics.air.plume.half_angle_deg", self.half_angle_deg, 1.0, WIDEST_DEG)?;
+        let (narrowest_deg, widest_deg) = Self::HALF_ANGLES_DEG;
+        require_within("optics.air.plume.half_angle_deg", self.half_angle_deg, narrowest_deg, widest_deg)?;
         require_within("optics.air.plume.speed_m_s", self.speed_m_s, 0.1, 200.0)
     }
 
