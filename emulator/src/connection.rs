@@ -17,14 +17,33 @@ use crate::shared::{Program, Shared};
 /// Bytes taken from a client at a time.
 const READ_CHUNK: usize = 4096;
 
-/// Serves one client until it leaves, is turned out, or the device drops it. A house full of speakers refuses it.
+/// Takes a client in, and serves it until it leaves, is turned out, or the device drops it. A house full of speakers refuses it.
+///
+/// It is taken in now, before the first poll: whoever connects later makes room later, however late its task is run.
 /// `on_reset` has the connection end with a reset when it is dropped, where there is such a thing.
-pub(crate) async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send>(
+pub(crate) fn serve<S: AsyncRead + AsyncWrite + Unpin + Send>(
     shared: Arc<Shared>,
     peer: String,
     stream: S,
     on_reset: fn(&S),
-) {
+) -> impl Future<Output = ()> + Send {
+    let place = take_in(shared, peer);
+    async move {
+        let Some((entry, scans)) = place else { return };
+        let (shared, member) = (&entry.shared, &entry.member);
+        let ended = tokio::select! {
+            biased; // Whoever is turned out is answered nothing more.
+            () = member.turned_out() => Ok(()),
+            ended = converse_through_faults(shared, member, scans, stream, on_reset) => ended,
+        };
+        if let Err(cause) = ended {
+            tracing::debug!(%cause, "client gone");
+        }
+    }
+}
+
+/// A place for a client, if there is one, and its scans; says who made room for it, or that nobody does.
+fn take_in(shared: Arc<Shared>, peer: String) -> Option<(RosterEntry, mpsc::Receiver<QueuedTelegram>)> {
     let counts = &shared.counts;
     let Some(joined) = shared.roster.join(peer.clone()) else {
         if let Some(so_far) = counts.refused.count() {
@@ -33,7 +52,7 @@ pub(crate) async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send>(
                 "{peer} is refused: {limit} clients are served, and none is silent or idle ({so_far} so far)"
             );
         }
-        return;
+        return None;
     };
     match &joined.instead_of {
         Some((member, TurnedOut::Silent)) => {
@@ -55,24 +74,16 @@ pub(crate) async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send>(
         }
         None => {}
     }
-    let entry = RosterEntry { shared: &shared, member: joined.member };
-    let ended = tokio::select! {
-        biased; // Whoever is turned out is answered nothing more.
-        () = entry.member.turned_out() => Ok(()),
-        ended = converse_through_faults(&shared, &entry.member, joined.scans, stream, on_reset) => ended,
-    };
-    if let Err(cause) = ended {
-        tracing::debug!(%cause, "client gone");
-    }
+    Some((RosterEntry { shared, member: joined.member }, joined.scans))
 }
 
 /// A client's place among the others, given up however its task ends: a client that is gone must not keep the mirror turning.
-struct RosterEntry<'a> {
-    shared: &'a Shared,
+struct RosterEntry {
+    shared: Arc<Shared>,
     member: Arc<Member>,
 }
 
-impl Drop for RosterEntry<'_> {
+impl Drop for RosterEntry {
     fn drop(&mut self) {
         self.shared.roster.leave(&self.member);
         self.member.set_wants(None);

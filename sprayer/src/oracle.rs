@@ -14,7 +14,7 @@ use crate::valve::{Kind, OPEN_SHARE, Phase, Valve};
 /// The shortest pulse of current, seconds.
 const SHORTEST_S: f64 = 1e-9;
 
-/// The commands that cover all that is wanted with the least litres.
+/// The commands that cover all that is wanted with the least litres. They are said again as often as the boom's watchdog asks.
 pub fn commands(pass: &Pass) -> CommandLog {
     let mut all = Vec::new();
     for ((place, number), wanted) in pass.boom().numbers().enumerate().zip(pass.section_wanted()) {
@@ -35,7 +35,26 @@ pub fn commands(pass: &Pass) -> CommandLog {
             ]);
         }
     }
-    all.into_iter().collect()
+    let once: CommandLog = all.into_iter().collect();
+    match pass.boom().watchdog_s {
+        Some(watchdog_s) => said_again(&once, watchdog_s / 2.0),
+        None => once,
+    }
+}
+
+/// The same, said again every `every_s` while a section is open: a watchdog closes what it has not heard of for too long.
+fn said_again(once: &CommandLog, every_s: f64) -> CommandLog {
+    let (mut told, mut open) = (Vec::new(), 0_usize);
+    for (n, command) in once.all().iter().enumerate() {
+        told.push(*command);
+        // Those of one section are on and off by turns.
+        open = if command.duty > 0.0 { open + 1 } else { open.saturating_sub(1) };
+        let Some(next) = once.all().get(n + 1).filter(|_| open > 0) else { continue };
+        let (from_s, to_s) = (command.at.as_secs_f64(), next.at.as_secs_f64());
+        let repeats = (1..).map(|n| from_s + f64::from(n) * every_s).take_while(|at| *at < to_s);
+        told.extend(repeats.map(|at| Command { at: SimTime((at * 1e9) as u64), ..*command }));
+    }
+    told.into_iter().collect()
 }
 
 /// When current must flow for every nozzle to be open in all of `open`.

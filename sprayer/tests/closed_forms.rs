@@ -27,6 +27,11 @@ fn row(panels: &[[f64; 2]]) -> Orchard {
 
 /// Four sections on the right, two nozzles each; the second of a section is staggered.
 fn boom(valve: &str) -> Boom {
+    boom_with("", valve)
+}
+
+/// The same with keys of the boom.
+fn boom_with(keys: &str, valve: &str) -> Boom {
     let sections = (0..4).map(|n| {
         let z = 0.5 + 0.5 * f64::from(n);
         format!(
@@ -35,7 +40,7 @@ fn boom(valve: &str) -> Boom {
         )
     });
     let text = format!(
-        "version = 1\noffset_y_m = 2\nstrip_m = 0\njoin_m = 0\n[valve]\n{valve}\n{}",
+        "version = 1\noffset_y_m = 2\nstrip_m = 0\njoin_m = 0\n{keys}\n[valve]\n{valve}\n{}",
         sections.collect::<String>()
     );
     Boom::read(&text).expect("a boom")
@@ -313,6 +318,18 @@ proptest! {
                 prop_assert!(found.litres >= best.litres - 1e-6, "{:?} {:?}", found, best);
             }
         }
+    }
+
+    /// The oracle speaks often enough for any watchdog, and no command that it repeats costs anything.
+    #[test]
+    fn a_watchdog_costs_the_oracle_nothing(watchdog_s in 0.005..4.0f64, on_ms in 0.0..120.0f64, fall_ms in 0.0..30.0f64, pulsed: bool) {
+        let kind = if pulsed { "kind = \"pwm\"\nhz = 15\n" } else { "" };
+        let valve = format!("{kind}on_ms = {on_ms}\noff_ms = 20\nfall_ms = {fall_ms}");
+        let scored = |keys: &str| {
+            let pass = Pass::new(boom_with(keys, &valve), &crowns(), straight(1.5, 14.0 / 1.5), 5);
+            score(&pass, &oracle::commands(&pass))
+        };
+        prop_assert_eq!(scored(&format!("watchdog_s = {watchdog_s}")), scored(""));
     }
 }
 
