@@ -33,7 +33,7 @@ use crate::run_file::RunFile;
 use crate::scenario::{ComputeSpec, DeviceKind, DeviceSpec as ScenarioDevice, End, Mode, Scenario};
 use crate::sentences::Sentences;
 use crate::signal::Source;
-use crate::sprayer::{BoomSensors, BoomSpray, NAME, SprayerPart, SprayerSpec};
+use crate::sprayer::{BoomHearing, BoomSensors, BoomSpray, Machine, NAME, SprayerPart, SprayerSpec};
 use crate::task_controller::{self, TaskControllerPart, TaskSpec};
 use crate::verdict::name_of;
 use crate::witness::Witness;
@@ -226,21 +226,19 @@ impl Desks {
         let mut functions: Vec<Box<dyn ControlFunction>> = Vec::new();
         functions.extend(task.map(|task| Box::new(task.role(self.server.clone())) as Box<_>));
         let Some((own, part)) = sprayer else { return functions };
-        let client = own.client.map(|client| {
+        let boom = &own.boom;
+        if own.client.is_none() && boom.drops.is_none() && boom.sensors.is_none() {
+            return functions;
+        }
+        let machine = Machine::new(own, stage.scene.seed, part, tractor);
+        // Before those who look: what is commanded now is seen now.
+        functions.push(Box::new(BoomHearing::new(machine.clone(), own)));
+        functions.extend(own.client.map(|client| {
             let desks = (self.sections.clone(), self.client.clone());
-            Box::new(client.role(&own.boom, stage.rig.row_spacing_m, desks)) as Box<_>
-        });
-        functions.extend(client);
-        // Behind the client: what its sections are told now is seen now.
-        let beside = (part, tractor, self.sections.clone());
-        functions.extend(
-            own.boom.drops.map(|_| Box::new(BoomSpray::new(own, stage.scene.seed, beside.clone())) as Box<_>),
-        );
-        functions.extend(
-            own.boom
-                .sensors
-                .map(|sensors| Box::new(BoomSensors::new(own, sensors, stage.scene.seed, beside)) as Box<_>),
-        );
+            Box::new(client.role((boom, machine.clone()), stage.rig.row_spacing_m, desks)) as Box<_>
+        }));
+        functions.extend(boom.drops.map(|_| Box::new(BoomSpray::new(machine.clone())) as Box<_>));
+        functions.extend(boom.sensors.map(|_| Box::new(BoomSensors::new(machine, boom)) as Box<_>));
         functions
     }
 }

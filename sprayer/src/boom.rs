@@ -53,6 +53,10 @@ pub struct Boom {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(example = 4.0)]
     pub watchdog_s: Option<f64>,
+    /// What the tank holds at the start, litres; it never runs dry where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(example = 400.0)]
+    pub tank_l: Option<f64>,
     /// Every section's valve that has none of its own.
     #[serde(default)]
     pub valve: Valve,
@@ -316,7 +320,25 @@ impl Boom {
     pub fn read(text: &str) -> Result<Self, BoomError> {
         let boom: Self = from_toml(text)?;
         boom.validate()?;
-        Ok(boom)
+        let told_l = boom.sensors.and_then(|sensors| sensors.tank_l);
+        match told_l {
+            Some(told_l) => boom.with_tank("sensors.tank_l", told_l),
+            None => Ok(boom),
+        }
+    }
+
+    /// The same with so many litres in its tank, as `key` of a file says.
+    ///
+    /// # Errors
+    /// Its own `tank_l` says otherwise: a boom has one tank.
+    pub fn with_tank(self, key: &str, tank_l: f64) -> Result<Self, BoomError> {
+        match self.tank_l {
+            Some(own_l) if own_l != tank_l => {
+                let expected = "the litres of the boom's `tank_l`, or only one of the two";
+                Err(value_error(key, expected, format!("{tank_l} beside {own_l}")))
+            }
+            _ => Ok(Self { tank_l: Some(tank_l), ..self }),
+        }
     }
 
     /// Checks all values.
@@ -339,6 +361,7 @@ impl Boom {
         within("join_m", self.join_m, 0.0, 10.0, "0 to 10 m")?;
         within("standstill_m_s", self.standstill_m_s, 0.0, 5.0, "0 to 5 m/s")?;
         within("watchdog_s", self.watchdog_s.unwrap_or(1.0), 0.001, 3600.0, "0.001 to 3600 s")?;
+        within("tank_l", self.tank_l.unwrap_or(1.0), 0.01, 100_000.0, "0.01 to 100000 l")?;
         self.valve.validate().map_err(|cause| BoomError::Valve { of: "`valve`".to_owned(), cause })?;
         self.validate_hydraulics()?;
         if let Some(sensors) = self.sensors {

@@ -47,6 +47,18 @@ impl Piece {
         }
     }
 
+    /// The part of it that lies in `span`, if any.
+    pub(crate) fn part(&self, span: Span) -> Option<Self> {
+        let span = self.span.common(span)?;
+        let course = match self.course {
+            Course::Ramp { .. } => Course::Ramp { from: self.share(span.from), to: self.share(span.to) },
+            Course::Settling { towards, tau_s, .. } => {
+                Course::Settling { from: self.share(span.from), towards, tau_s }
+            }
+        };
+        Some(Self { span, course })
+    }
+
     /// Integral of the share over a part of the piece, seconds.
     fn integral(&self, part: Span) -> f64 {
         match self.course {
@@ -75,6 +87,13 @@ impl Flow {
     pub fn full(full_l_s: f64, open: Spans) -> Self {
         let full = |span: &Span| Piece { span: *span, course: Course::Ramp { from: 1.0, to: 1.0 } };
         Self { full_l_s, pieces: open.iter().map(full).collect(), open }
+    }
+
+    /// Nothing leaves it from `at` on.
+    pub(crate) fn end(&mut self, at: f64) {
+        let before = Span::new(f64::NEG_INFINITY, at);
+        self.pieces = self.pieces.iter().filter_map(|piece| piece.part(before)).collect();
+        self.open = self.open.within(before);
     }
 
     /// What has left it in all, litres.

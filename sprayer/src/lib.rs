@@ -34,6 +34,7 @@ pub mod score;
 pub mod sensors;
 pub mod span;
 pub mod switches;
+mod tank;
 pub mod troubles;
 pub mod valve;
 pub mod wanted;

@@ -6,20 +6,24 @@ use crate::boom::Boom;
 use crate::commands::{Command, Target};
 use crate::flow::Flow;
 use crate::hydraulics::{Node, Signals};
-use crate::sensors::Sensors;
-use crate::span::{Span, Spans};
+use crate::span::Span;
+use crate::tank;
 use crate::troubles::Troubles;
 use crate::valve::Step;
 
+mod unseen;
 mod valves;
 
-pub use valves::Valves;
+use unseen::Unseen;
+use valves::Valves;
 
-/// What the sensors see.
+/// What a reader sees. Shares are of the full flow at the nominal pressure, as a mean since its last look.
 #[derive(Clone, Debug, PartialEq)]
 pub struct States {
-    /// By section's number: how far its valves were open, as a mean since the last look, 0 to 1.
+    /// By section's number: how far its valves were open, 0 to 1.
     pub sections: Vec<(u16, f64)>,
+    /// By nozzle: how far its valve was open while there was something to spray, 0 to 1.
+    pub nozzles: Vec<f64>,
     /// What the flow meter saw, as a mean since the last look, litres a second.
     pub flow_l_s: f64,
     /// Pulses of the flow meter since the start; the last one may not be whole.
@@ -40,29 +44,54 @@ pub struct States {
     pub tank_empty: bool,
 }
 
+/// Who looks at a boom. Each sees what was since its own last look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reader(usize);
+
 /// A boom while it runs.
 #[derive(Clone, Debug)]
 pub struct Live {
     valves: Valves,
-    sensors: Sensors,
+    pulses_per_l: f64,
     openings: Vec<Step>,
     node: Option<Node>,
-    /// Of the last look.
+    /// What leaves the nozzles at most, litres a second.
+    most_l_s: f64,
+    /// As far as it has come, seconds.
+    at_s: f64,
+    /// What has left the nozzles so far.
     litres: f64,
     pulses: f64,
+    /// When the tank ran dry.
+    dry_s: Option<f64>,
+    /// By reader.
+    unseen: Vec<Unseen>,
 }
 
 impl Live {
-    /// `boom` with these sensors at time 0, all shut. Phases of valves that run free follow from `seed`, as in [`crate::Pass`].
-    pub fn new(boom: Boom, sensors: Sensors, seed: u64) -> Self {
+    /// `boom` at time 0, all shut. Phases of valves that run free follow from `seed`, as in [`crate::Pass`].
+    pub fn new(boom: Boom, seed: u64) -> Self {
+        let node = boom.hydraulics.map(|keys| Node::new(&boom, keys));
+        let full_l_s: f64 = boom.nozzles().iter().map(|nozzle| nozzle.flow_l_s).sum();
+        let most_bar = boom.hydraulics.map_or(boom.pressure_bar, |keys| keys.relief_bar.max(boom.pressure_bar));
         Self {
-            node: boom.hydraulics.map(|keys| Node::new(&boom, keys)),
+            most_l_s: full_l_s * (most_bar / boom.pressure_bar).sqrt(),
+            pulses_per_l: boom.sensors.unwrap_or_default().pulses_per_l,
             valves: Valves::new(boom, seed),
             openings: Vec::new(),
-            sensors,
+            node,
+            at_s: 0.0,
             litres: 0.0,
             pulses: 0.0,
+            dry_s: None,
+            unseen: Vec::new(),
         }
+    }
+
+    /// Someone who looks from now on.
+    pub fn reader(&mut self) -> Reader {
+        self.unseen.push(Unseen::new(self.at_s, self.valves.nozzles().len()));
+        Reader(self.unseen.len() - 1)
     }
 
     /// A command was heard, not before the last look.
@@ -74,58 +103,104 @@ impl Live {
     }
 
     /// Looks at the sensors at `at_s`, with what has gone wrong so far and the tractor's speed over time, m/s. Looks come in the order of time.
-    pub fn look(&mut self, at_s: f64, troubles: &Troubles, speed_m_s: &dyn Fn(f64) -> f64) -> States {
-        let (since, flows) = self.valves.look(at_s, troubles);
-        let sections = self.sections(&flows, since);
-        if let Some(node) = &mut self.node {
-            let at_m_s = self.valves.boom().rate.map_or(1.0, |rate| rate.at_m_s);
-            let rate = |at: f64| speed_m_s(at) / at_m_s;
-            node.advance(
-                &flows,
-                Signals { opening: &self.openings, pump: &troubles.pump(), rate: &rate },
-                at_s,
-            );
+    pub fn look(
+        &mut self,
+        reader: Reader,
+        at_s: f64,
+        troubles: &Troubles,
+        speed_m_s: &dyn Fn(f64) -> f64,
+    ) -> States {
+        if at_s > self.at_s {
+            self.go(at_s, troubles, speed_m_s);
         }
-        let node = self.node.as_ref();
-        let litres_in = |span: Span| match node {
-            Some(node) => node.balance(span).nozzles_l,
-            None => flows.iter().map(|flow| flow.litres_in(&Spans::of([span]))).sum(),
-        };
-        let metered: f64 = metering(troubles, since).map(|(span, ratio)| litres_in(span) * ratio).sum();
-        self.litres += litres_in(since);
-        self.pulses += metered * self.sensors.pulses_per_l;
+        let seen = self.unseen.get_mut(reader.0).map(|unseen| unseen.take(self.at_s)).unwrap_or_default();
         let is_now = |fault: SprayerFault| {
             troubles.0.iter().any(|trouble| {
                 trouble.fault == fault && trouble.from <= at_s && trouble.to.is_none_or(|to| at_s < to)
             })
         };
-        let flow_l_s = if since.length() > 0.0 { metered / since.length() } else { 0.0 };
+        let flow_l_s = if seen.long_s > 0.0 { seen.metered_l / seen.long_s } else { 0.0 };
+        let node = self.node.as_ref();
         States {
-            sections,
+            sections: self.sections(&seen),
+            nozzles: self.nozzles(&seen),
             flow_l_s,
-            pulse_hz: flow_l_s * self.sensors.pulses_per_l,
+            pulse_hz: flow_l_s * self.pulses_per_l,
             pulses: self.pulses,
             pressure_bar: node.map(|node| node.sensed_bar(at_s)),
             opening: node.map(Node::opening),
-            tank_l: self.sensors.tank_l.map(|tank_l| (tank_l - self.litres).max(0.0)),
+            tank_l: self.left_l().map(|left_l| left_l.max(0.0)),
             master_off: is_now(SprayerFault::MasterOff),
             held_shut: is_now(SprayerFault::HeldShut),
-            tank_empty: is_now(SprayerFault::TankEmpty),
+            tank_empty: self.dry_s.is_some() || is_now(SprayerFault::TankEmpty),
         }
     }
 
+    /// Goes on to `at_s`.
+    fn go(&mut self, at_s: f64, troubles: &Troubles, speed_m_s: &dyn Fn(f64) -> f64) {
+        let since = Span::new(self.at_s, at_s);
+        let open = self.valves.look(at_s, troubles);
+        let at_m_s = self.valves.boom().rate.map_or(1.0, |rate| rate.at_m_s);
+        let rate = |at: f64| speed_m_s(at) / at_m_s;
+        // It may run dry now: then the pressure has fallen from that instant on.
+        let most_l = self.most_l_s * since.length();
+        let left_l = self.left_l().filter(|left_l| self.dry_s.is_none() && *left_l <= most_l);
+        let before = left_l.and_then(|_| self.node.clone());
+        self.press(&open, troubles, (&rate, at_s));
+        if let Some(left_l) = left_l {
+            let passed = |span| tank::litres_in(&open, self.node.as_ref(), span);
+            self.dry_s = tank::runs_dry_s(left_l, since, passed);
+            if self.dry_s.is_some() && before.is_some() {
+                self.node = before;
+                self.press(&open, troubles, (&rate, at_s));
+            }
+        }
+        let mut flows = open.clone();
+        if let Some(dry_s) = self.dry_s {
+            flows.iter_mut().for_each(|flow| flow.end(dry_s));
+        }
+        let litres_in = |span: Span| tank::litres_in(&flows, self.node.as_ref(), span);
+        let metered_l: f64 = metering(troubles, since).map(|(span, ratio)| litres_in(span) * ratio).sum();
+        self.litres += litres_in(since);
+        self.pulses += metered_l * self.pulses_per_l;
+        self.unseen.iter_mut().for_each(|unseen| unseen.add(since, (&open, &flows), metered_l));
+        self.at_s = at_s;
+    }
+
+    /// The pressure goes on to `at_s`.
+    fn press(&mut self, open: &[Flow], troubles: &Troubles, (rate, at_s): (&dyn Fn(f64) -> f64, f64)) {
+        if let Some(node) = &mut self.node {
+            let pump = tank::pump(troubles.pump(), self.dry_s);
+            node.advance(open, Signals { opening: &self.openings, pump: &pump, rate }, at_s);
+        }
+    }
+
+    /// What is left in the tank; below 0 by what hoses gave after it was dry.
+    fn left_l(&self) -> Option<f64> {
+        self.valves.boom().tank_l.map(|tank_l| tank_l - self.litres)
+    }
+
     /// How far each section's valves were open.
-    fn sections(&self, flows: &[Flow], since: Span) -> Vec<(u16, f64)> {
-        let times = Spans::of([since]);
-        let full_s = since.length();
+    fn sections(&self, seen: &unseen::Seen) -> Vec<(u16, f64)> {
         let of_section = |(place, number): (usize, u16)| {
-            let own = self.valves.nozzles().iter().zip(flows).filter(|(nozzle, _)| nozzle.section == place);
-            let (litres, full) = own.fold((0.0, 0.0), |(litres, full), (_, flow)| {
-                (litres + flow.litres_in(&times), full + flow.full_l_s * full_s)
+            let own = self.valves.nozzles().iter().zip(&seen.open_l);
+            let own = own.filter(|(nozzle, _)| nozzle.section == place);
+            let (litres, full) = own.fold((0.0, 0.0), |(litres, full), (nozzle, open_l)| {
+                (litres + open_l, full + nozzle.flow_l_s * seen.long_s)
             });
             (number, if full > 0.0 { litres / full } else { 0.0 })
         };
         self.valves.boom().numbers().enumerate().map(of_section).collect()
+    }
+
+    /// How far each nozzle's valve was open while there was something to spray.
+    fn nozzles(&self, seen: &unseen::Seen) -> Vec<f64> {
+        let own = self.valves.nozzles().iter().zip(&seen.sprayed_l);
+        own.map(|(nozzle, sprayed_l)| {
+            let full_l = nozzle.flow_l_s * seen.long_s;
+            if full_l > 0.0 { sprayed_l / full_l } else { 0.0 }
+        })
+        .collect()
     }
 }
 

@@ -8,6 +8,8 @@ use crate::drive::Drive;
 use crate::flow::Flow;
 use crate::hydraulics::{Node, Signals};
 use crate::span::{Span, Spans};
+use crate::switches::Switches;
+use crate::tank;
 use crate::troubles::Troubles;
 use crate::valve::Step;
 use crate::wanted::Passing;
@@ -37,6 +39,8 @@ pub struct Delivery {
     pub flows: Vec<Flow>,
     /// Its pressure; none where that is constant.
     pub node: Option<Node>,
+    /// When the tank ran dry, seconds; none where it did not.
+    pub dry_s: Option<f64>,
 }
 
 impl Pass {
@@ -126,25 +130,57 @@ impl Pass {
 
     /// What comes out of each nozzle for these commands, and what the pressure does.
     pub fn deliver(&self, log: &CommandLog) -> Delivery {
-        self.delivered(log, &self.troubles)
+        self.delivered(log, &self.troubles, self.boom.tank_l)
     }
 
-    /// The same of a sound machine.
+    /// The same of a sound machine, with a tank that never runs dry.
     pub fn deliver_sound(&self, log: &CommandLog) -> Delivery {
-        self.delivered(log, &Troubles::default())
+        self.delivered(log, &Troubles::default(), None)
     }
 
-    fn delivered(&self, log: &CommandLog, troubles: &Troubles) -> Delivery {
+    fn delivered(&self, log: &CommandLog, troubles: &Troubles, tank_l: Option<f64>) -> Delivery {
         let until_s = self.time().to;
         let flows =
             valve_flows((&self.boom, &self.nozzles, self.seed), log.duties(&self.boom), troubles, until_s);
-        let Some(keys) = self.boom.hydraulics else { return Delivery { flows, node: None } };
         let at_m_s = self.boom.rate.map_or(1.0, |rate| rate.at_m_s);
         let rate = |at: f64| self.drive.speed_m_s(at) / at_m_s;
-        let mut node = Node::new(&self.boom, keys);
-        let signals = Signals { opening: &log.openings(), pump: &troubles.pump(), rate: &rate };
-        node.advance(&flows, signals, until_s);
-        Delivery { flows: node.flows(flows), node: Some(node) }
+        let openings = log.openings();
+        let pressure = |dry_s: Option<f64>| {
+            let mut node = Node::new(&self.boom, self.boom.hydraulics?);
+            let pump = tank::pump(troubles.pump(), dry_s);
+            node.advance(&flows, Signals { opening: &openings, pump: &pump, rate: &rate }, until_s);
+            Some(node)
+        };
+        let node = pressure(None);
+        let dry_s = tank_l.and_then(|tank_l| {
+            tank::runs_dry_s(tank_l, self.time(), |span| tank::litres_in(&flows, node.as_ref(), span))
+        });
+        let node = if dry_s.is_some() { pressure(dry_s) } else { node };
+        let mut flows = match &node {
+            Some(node) => node.flows(flows),
+            None => flows,
+        };
+        if let (None, Some(dry_s)) = (&node, dry_s) {
+            flows.iter_mut().for_each(|flow| flow.end(dry_s));
+        }
+        if node.is_some() {
+            // What passes while the pump has nothing to pump is missed, though hoses still give what they held.
+            let full = self.forbidden(troubles, dry_s).tank_empty.gaps(self.time());
+            flows.iter_mut().for_each(|flow| flow.open = flow.open.and(&full));
+        }
+        Delivery { flows, node, dry_s }
+    }
+
+    /// When switches and tank forbid spraying, by what goes wrong and by a tank that ran dry.
+    pub fn switches(&self, dry_s: Option<f64>) -> Switches {
+        self.forbidden(&self.troubles, dry_s)
+    }
+
+    fn forbidden(&self, troubles: &Troubles, dry_s: Option<f64>) -> Switches {
+        let until_s = self.time().to;
+        let switches = troubles.switches(until_s);
+        let dry = Spans::of(dry_s.map(|dry_s| Span::new(dry_s, until_s)));
+        Switches { tank_empty: switches.tank_empty.or(&dry), ..switches }
     }
 
     /// The same of all nozzles at full flow while the tractor goes ahead in its alleys.

@@ -10,7 +10,7 @@ pub struct Sensors {
     #[serde(default = "pulses_per_l")]
     #[schemars(extend("x-unit" = "1/l"))]
     pub pulses_per_l: f64,
-    /// What the tank holds at the start, litres; its level is not told where left out.
+    /// The boom's `tank_l`, which may stand here as well. The level is not told where neither is there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(example = 400.0)]
     pub tank_l: Option<f64>,
@@ -18,4 +18,10 @@ pub struct Sensors {
 
 fn pulses_per_l() -> f64 {
     300.0
+}
+
+impl Default for Sensors {
+    fn default() -> Self {
+        Self { pulses_per_l: pulses_per_l(), tank_l: None }
+    }
 }

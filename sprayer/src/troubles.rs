@@ -251,29 +251,17 @@ fn swap(duties: &mut [Vec<Step>], nozzles: &[Nozzle], (one, other): (usize, usiz
     }
 }
 
-/// A part of a piece.
-fn part(piece: &Piece, span: Span) -> Option<Piece> {
-    let span = piece.span.common(span)?;
-    let course = match piece.course {
-        Course::Ramp { .. } => Course::Ramp { from: piece.share(span.from), to: piece.share(span.to) },
-        Course::Settling { towards, tau_s, .. } => {
-            Course::Settling { from: piece.share(span.from), towards, tau_s }
-        }
-    };
-    Some(Piece { span, course })
-}
-
 /// What comes in `span` times a share.
 fn block(flow: &mut Flow, span: Span, left: f64, whole: Span) {
     let outside = Spans::of([span]).gaps(whole);
     let mut pieces: Vec<Piece> = flow
         .pieces
         .iter()
-        .flat_map(|piece| outside.iter().filter_map(|outside| part(piece, *outside)).collect::<Vec<_>>())
+        .flat_map(|piece| outside.iter().filter_map(|outside| piece.part(*outside)).collect::<Vec<_>>())
         .collect();
     if left > 0.0 {
         pieces.extend(flow.pieces.iter().filter_map(|piece| {
-            let Piece { span, course } = part(piece, span)?;
+            let Piece { span, course } = piece.part(span)?;
             let course = match course {
                 Course::Ramp { from, to } => Course::Ramp { from: from * left, to: to * left },
                 Course::Settling { from, towards, tau_s } => {

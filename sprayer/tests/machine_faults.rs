@@ -200,4 +200,6 @@ fn switches_and_an_empty_tank_forbid_what_flows_all_the_same() {
     let all = breaches(&empty.pass, &empty.flows, &switches, 0.0);
     let against = all.iter().find(|breach| breach.rule == Rule::TankEmpty).expect("a rule");
     assert!(against.litres > 0.0 && against.litres < 0.001, "{against:?}");
+    let (missed, wanted) = (empty.score.missed_area_m2, empty.score.wanted_area_m2);
+    assert!((missed / wanted - 0.5).abs() < 1e-6, "2.5 m of 5 m: {missed} of {wanted}");
 }

@@ -16,10 +16,9 @@ use crate::frame::CanFrame;
 pub struct SectionLog(Arc<Mutex<Vec<SectionOrder>>>);
 
 impl SectionLog {
-    /// All orders so far, from number `from` on.
-    pub fn orders_from(&self, from: usize) -> Vec<SectionOrder> {
-        let orders = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        orders.get(from..).unwrap_or_default().to_vec()
+    /// All orders so far.
+    pub fn orders(&self) -> Vec<SectionOrder> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     fn extend(&self, orders: Vec<SectionOrder>) {

@@ -1,11 +1,22 @@
 //! The sprayer as client of a task controller: what it tells of its boom, and what its sections were told.
 
-use rowscan_bus::isobus::client::{OnLoss, TaskClient};
+use std::time::Duration;
+
+use rowscan_bus::isobus::client::{Machine as ClientMachine, OnLoss, SectionOrder, Seen, TaskClient};
 use rowscan_bus::isobus::implement::{Implement, ImplementSection};
 use rowscan_bus::isobus::role::{Role, SectionLog};
 use rowscan_bus::isobus::trouble::TroubleDesk;
+use rowscan_protocol::time::SimTime;
+use rowscan_sprayer::live::Reader;
 use rowscan_sprayer::{Boom, Command, Side, Target};
 use serde::Deserialize;
+
+use super::machine::Machine;
+
+/// A client looks at its machine so often: what valves do is told so much later at most.
+const LOOK: Duration = Duration::from_millis(10);
+/// A section works while it gives more than this share of its flow.
+const WORKS: f64 = 0.5;
 
 /// What sections do without their task controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
@@ -22,36 +33,73 @@ pub(crate) enum OnLossValue {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ClientSpec {
     on_loss: OnLoss,
-    tank_l: Option<f64>,
 }
 
 impl ClientSpec {
     /// Of these keys.
-    pub(super) fn new(on_loss: Option<OnLossValue>, tank_l: Option<f64>) -> Result<Self, String> {
-        if let Some(tank_l) = tank_l.filter(|tank_l| !(1.0..=100_000.0).contains(tank_l)) {
-            return Err(format!("`sprayer.tank_l`: expected 1 to 100000 litres, found {tank_l}"));
-        }
+    pub(super) fn new(on_loss: Option<OnLossValue>) -> Self {
         let on_loss = match on_loss.unwrap_or_default() {
             OnLossValue::Close => OnLoss::Close,
             OnLossValue::Hold => OnLoss::Hold,
         };
-        Ok(Self { on_loss, tank_l })
+        Self { on_loss }
     }
 
-    /// The control function of this boom, on a machine that treats so many metres in a pass.
+    /// The control function of this machine, which treats so many metres in a pass.
     pub(crate) fn role(
         &self,
-        boom: &Boom,
+        (boom, machine): (&Boom, Machine),
         width_m: Option<f64>,
         (log, troubles): (SectionLog, TroubleDesk),
     ) -> Role {
-        let client = Box::new(TaskClient::new(implement(boom, width_m, self.tank_l), self.on_loss));
+        let client = TaskClient::new(implement(boom, width_m), self.on_loss);
+        let client = Box::new(client.with_machine(Box::new(SeenMachine::new(machine))));
         Role::Client { client, log, troubles }
     }
 }
 
+/// The machine as its client sees it, by sensors of its own.
+#[derive(Debug)]
+struct SeenMachine {
+    machine: Machine,
+    reader: Reader,
+    /// The last look, and when it was.
+    seen: Option<(SimTime, Seen)>,
+}
+
+impl SeenMachine {
+    fn new(machine: Machine) -> Self {
+        Self { reader: machine.reader(), machine, seen: None }
+    }
+}
+
+impl ClientMachine for SeenMachine {
+    fn tell(&mut self, order: &SectionOrder) {
+        self.machine.tell(&command(order));
+    }
+
+    fn look(&mut self, at: SimTime) -> Seen {
+        if let Some((_, seen)) = self.seen.as_ref().filter(|_| self.next().is_some_and(|next| at < next)) {
+            return seen.clone();
+        }
+        let mut states = self.machine.look(self.reader, at);
+        states.sections.sort_by_key(|(number, _)| *number);
+        let seen = Seen {
+            open: states.sections.iter().map(|(_, share)| *share > WORKS).collect(),
+            flow_l_min: states.flow_l_s * 60.0,
+            tank_ml: states.tank_l.map(|tank_l| (tank_l * 1000.0).round() as i32),
+        };
+        self.seen = Some((at, seen.clone()));
+        seen
+    }
+
+    fn next(&self) -> Option<SimTime> {
+        self.seen.as_ref().map(|(at, _)| *at + LOOK)
+    }
+}
+
 /// What a boom's client tells of it. Its sections stand in the order of their numbers: in condensed work states as well.
-fn implement(boom: &Boom, width_m: Option<f64>, tank_l: Option<f64>) -> Implement {
+fn implement(boom: &Boom, width_m: Option<f64>) -> Implement {
     let mm = |m: f64| (m * 1000.0).round() as i32;
     let nozzles = boom.nozzles();
     let mut sections: Vec<ImplementSection> = boom
@@ -80,18 +128,19 @@ fn implement(boom: &Boom, width_m: Option<f64>, tank_l: Option<f64>) -> Implemen
         behind_mm: mm(boom.offset_y_m),
         on_ms: slowest(|nozzle| nozzle.valve.on_ms) as i32,
         off_ms: slowest(|nozzle| nozzle.valve.off_ms) as i32,
-        tank_ml: tank_l.map(mm),
+        tank_ml: boom.tank_l.map(mm),
         sections,
     }
 }
 
-/// What sections were told from order number `from` on, as commands.
-pub(super) fn commands(log: &SectionLog, from: usize) -> impl Iterator<Item = Command> + use<> {
-    log.orders_from(from).into_iter().map(|order| Command {
-        at: order.at,
-        target: Target::Section(order.number),
-        duty: if order.is_open { 1.0 } else { 0.0 },
-    })
+/// What sections were told, as commands.
+pub(super) fn commands(log: &SectionLog) -> impl Iterator<Item = Command> + use<> {
+    log.orders().into_iter().map(|order| command(&order))
+}
+
+fn command(order: &SectionOrder) -> Command {
+    let duty = if order.is_open { 1.0 } else { 0.0 };
+    Command { at: order.at, target: Target::Section(order.number), duty }
 }
 
 #[cfg(test)]
@@ -109,11 +158,11 @@ mod tests {
             )
         };
         let boom = format!(
-            "version = 1\noffset_y_m = 1.5\n[valve]\non_ms = 150\noff_ms = 100\n{}{}",
+            "version = 1\noffset_y_m = 1.5\ntank_l = 400\n[valve]\non_ms = 150\noff_ms = 100\n{}{}",
             section("high", "right", 4, 1.0),
             section("low", "left", 1, 0.5)
         );
-        let told = implement(&Boom::read(&boom).expect("a boom"), Some(4.0), Some(400.0));
+        let told = implement(&Boom::read(&boom).expect("a boom"), Some(4.0));
         assert_eq!((told.width_mm, told.behind_mm, told.on_ms, told.off_ms), (4000, 1500, 150, 100));
         assert_eq!(told.tank_ml, Some(400_000));
         let sections: Vec<_> = told
@@ -124,7 +173,5 @@ mod tests {
         assert_eq!(sections, [(1, true, (500, 1000), 2), (4, false, (1000, 1500), 2)]);
         assert!((told.sections[0].flow_l_min - 2.0).abs() < 1e-9);
         told.pool().check().expect("a sound pool");
-        let told = ClientSpec::new(None, Some(0.0)).expect_err("no tank");
-        assert!(told.contains("expected 1 to 100000 litres, found 0"), "{told}");
     }
 }

@@ -1,9 +1,9 @@
 //! The sprayer of a scenario: its boom, how its commands are heard on a bus, what a run of it did, and what is expected of that.
 
 mod client;
-mod hearing;
 mod judge;
 mod kept;
+mod machine;
 mod part;
 mod run;
 mod sensors;
@@ -11,6 +11,7 @@ mod spec;
 mod spray;
 
 pub(crate) use judge::judge;
+pub(crate) use machine::{BoomHearing, Machine};
 pub use kept::KeptError;
 pub(crate) use part::{NAME, SprayerPart};
 pub use run::{Intercepted, Relative, SprayerRun};

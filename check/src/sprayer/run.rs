@@ -36,6 +36,8 @@ pub struct SprayerRun {
     pub edges: Edges,
     /// Its pressure; none where that is constant.
     pub node: Option<Node>,
+    /// When its tank ran dry, seconds; none where it did not, or where nothing is known of it.
+    pub dry_s: Option<f64>,
     /// How it kept its rate; none where the boom has no `[rate]`.
     pub rate: Option<Rate>,
     /// When the controller told how many litres it believes it has sprayed, seconds, and how many.
@@ -95,7 +97,7 @@ impl SprayerRun {
             reports.extend(spec.reported_litres(id, &bytes).map(|litres| (at.as_secs_f64(), litres)));
         }
         if spec.client.is_some() {
-            commands.extend(client::commands(sections, 0));
+            commands.extend(client::commands(sections));
             commands.sort_by_key(|command| command.at);
         }
         let log = commands.into_iter().collect();
@@ -104,7 +106,7 @@ impl SprayerRun {
 
     /// Of these commands on this pass of an orchard.
     pub fn judged(pass: Pass, log: CommandLog, orchard: Arc<Orchard>) -> Self {
-        let Delivery { flows, node } = pass.deliver(&log);
+        let Delivery { flows, node, dry_s } = pass.deliver(&log);
         let rate = pass.boom().rate.map(|keys| Rate::of(&pass, &keys, &flows, 0.0));
         let (score, edges) = (Score::of(&pass, &flows), Edges::of(&pass, &flows));
         // Valves that nobody has told anything say nothing of a controller.
@@ -121,6 +123,7 @@ impl SprayerRun {
             oracle_flows,
             edges,
             node,
+            dry_s,
             rate,
             reports,
             orchard,
@@ -137,10 +140,9 @@ impl SprayerRun {
         (litres > 0.0).then(|| (last.1 - first.1) / litres - 1.0)
     }
 
-    /// Litres against every rule, those of switches and tank by the faults of the run, from `grace_s` after a rule begins.
+    /// Litres against every rule, those of switches and tank by the faults of the run and by a tank that ran dry, from `grace_s` after a rule begins.
     pub fn breaches(&self, grace_s: f64) -> Vec<Breach> {
-        let switches = self.pass.troubles().switches(self.pass.time().to);
-        breaches(&self.pass, &self.flows, &switches, grace_s)
+        breaches(&self.pass, &self.flows, &self.pass.switches(self.dry_s), grace_s)
     }
 
     /// On what its liquid would have fallen if it flew straight. Nothing is known of it where [`Self::unheard`] says why.

@@ -1,57 +1,38 @@
 //! The boom's sensors on the bus: what its valves, its pressure, its flow meter and its tank do while the run goes on.
 
-use std::sync::Arc;
-
 use rowscan_bus::CanFrame;
 use rowscan_bus::control_function::ControlFunction;
-use rowscan_bus::isobus::role::SectionLog;
 use rowscan_bus::message::{Message, Payload};
 use rowscan_bus::name::Name;
 use rowscan_bus::node::Node;
 use rowscan_bus::pgn::SPRAYER_ADDRESS;
 use rowscan_bus::pgn::sprayer::{FLOW_METER, MORE_SECTION_STATES, SECTION_STATES, SPRAYER_STATE};
 use rowscan_protocol::time::SimTime;
-use rowscan_sprayer::live::States;
-use rowscan_sprayer::{Live, Sensors};
-use rowscan_vehicle::Tractor;
+use rowscan_sprayer::Boom;
+use rowscan_sprayer::live::{Reader, States};
 
-use super::hearing::Hearing;
-use super::part::SprayerPart;
-use super::spec::SprayerSpec;
+use super::machine::Machine;
 
 const MESSAGES: &[&Message] = &[&SECTION_STATES, &SPRAYER_STATE, &FLOW_METER];
 /// Of booms with a section 9 or above.
 const MORE: &[&Message] = &[&SECTION_STATES, &MORE_SECTION_STATES, &SPRAYER_STATE, &FLOW_METER];
 
-/// The sensors of a boom, which hear the commands that it hears.
+/// The sensors of a boom.
 #[derive(Debug)]
 pub(crate) struct BoomSensors {
     node: Node,
-    live: Live,
-    hearing: Hearing,
-    part: Arc<SprayerPart>,
-    tractor: Tractor,
+    machine: Machine,
+    reader: Reader,
     /// The last look, and when it was.
     seen: Option<(SimTime, States)>,
 }
 
 impl BoomSensors {
-    /// Of this sprayer, whose free valves follow from `seed`.
-    pub(crate) fn new(
-        spec: &SprayerSpec,
-        sensors: Sensors,
-        seed: u64,
-        (part, tractor, orders): (Arc<SprayerPart>, Tractor, SectionLog),
-    ) -> Self {
-        let messages = if spec.boom.numbers().any(|number| number > 8) { MORE } else { MESSAGES };
-        Self {
-            node: Node::new(Name::boom(), SPRAYER_ADDRESS, messages, &[]),
-            live: Live::new(spec.boom.clone(), sensors, seed),
-            hearing: Hearing::new(spec, orders),
-            part,
-            tractor,
-            seen: None,
-        }
+    /// Those of this boom.
+    pub(crate) fn new(machine: Machine, boom: &Boom) -> Self {
+        let messages = if boom.numbers().any(|number| number > 8) { MORE } else { MESSAGES };
+        let node = Node::new(Name::boom(), SPRAYER_ADDRESS, messages, &[]);
+        Self { node, reader: machine.reader(), machine, seen: None }
     }
 }
 
@@ -94,12 +75,10 @@ impl ControlFunction for BoomSensors {
     }
 
     fn poll(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
-        self.hearing.ordered().iter().for_each(|command| self.live.tell(command));
-        let Self { node, live, part, tractor, seen, .. } = self;
+        let Self { node, machine, reader, seen } = self;
         let mut look = |message: &'static Message, at: SimTime| {
             if seen.as_ref().is_none_or(|(last, _)| *last < at) {
-                let speed = |at_s: f64| tractor.motion(SimTime((at_s * 1e9) as u64)).speed_m_s;
-                *seen = Some((at, live.look(at.as_secs_f64(), &part.troubles(), &speed)));
+                *seen = Some((at, machine.look(*reader, at)));
             }
             compose(message, &seen.as_ref()?.1)
         };
@@ -110,6 +89,5 @@ impl ControlFunction for BoomSensors {
         // Who asks out of turn hears what the last look saw.
         let seen = &self.seen;
         self.node.handle(at, frame, &mut |message, _| compose(message, &seen.as_ref()?.1), out);
-        self.hearing.heard(at, frame).iter().for_each(|command| self.live.tell(command));
     }
 }

@@ -43,7 +43,7 @@ pub(crate) struct SprayerTable {
     /// With `isobus`: what sections do when their task controller is lost, `close` [close] or `hold`.
     #[schemars(example = &"hold")]
     pub(crate) on_loss: Option<OnLossValue>,
-    /// With `isobus`: what its tank holds at the start, litres; nothing is told of a tank where left out.
+    /// With `isobus`: what its tank holds at the start, litres, where the boom's file does not say; it never runs dry where neither does.
     #[schemars(range(min = 1, max = 100_000), example = 400.0)]
     pub(crate) tank_l: Option<f64>,
 }
@@ -73,6 +73,13 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
     let text =
         String::from_utf8(bytes).map_err(|_| told(&"expected text, found bytes that are not UTF-8"))?;
     let boom = Boom::read(&text).map_err(|error| told(&error))?;
+    let boom = match table.tank_l {
+        Some(tank_l) if !(1.0..=100_000.0).contains(&tank_l) => {
+            return Err(format!("`sprayer.tank_l`: expected 1 to 100000 litres, found {tank_l}"));
+        }
+        Some(tank_l) => boom.with_tank("sprayer.tank_l", tank_l).map_err(|error| error.to_string())?,
+        None => boom,
+    };
     let known: Vec<&str> = ways.buses.iter().map(|(bus, _)| *bus).collect();
     let there = |key: &str, bus: String| match known.contains(&bus.as_str()) {
         true => Ok(bus),
@@ -101,7 +108,7 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
         (Some(bus), None, None) => Ok(heard_on(there("bus", bus)?, None)),
         (None, Some(name), None) => named(boom.clone(), &name, ways),
         (None, None, Some(bus)) => {
-            let client = ClientSpec::new(table.on_loss, table.tank_l)?;
+            let client = ClientSpec::new(table.on_loss);
             Ok(heard_on(there("isobus", bus)?, Some(client)))
         }
         (bus, command, _) => {

@@ -1,18 +1,13 @@
 //! The boom's spray, for scanners to see: what its valves let through while the run goes on.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_bus::CanFrame;
 use rowscan_bus::control_function::ControlFunction;
-use rowscan_bus::isobus::role::SectionLog;
 use rowscan_protocol::time::SimTime;
-use rowscan_sprayer::live::Valves;
-use rowscan_vehicle::Tractor;
+use rowscan_sprayer::live::Reader;
 
-use super::hearing::Hearing;
-use super::part::SprayerPart;
-use super::spec::SprayerSpec;
+use super::machine::Machine;
 
 /// Scanners see the mean of so long, when it is over.
 const PERIOD: Duration = Duration::from_millis(10);
@@ -20,22 +15,14 @@ const PERIOD: Duration = Duration::from_millis(10);
 /// Tells scanners what leaves the nozzles. It sends nothing.
 #[derive(Debug)]
 pub(crate) struct BoomSpray {
-    hearing: Hearing,
-    valves: Valves,
-    part: Arc<SprayerPart>,
-    tractor: Tractor,
+    machine: Machine,
+    reader: Reader,
     next: Option<SimTime>,
 }
 
 impl BoomSpray {
-    /// Of this sprayer, whose free valves follow from `seed`.
-    pub(crate) fn new(
-        spec: &SprayerSpec,
-        seed: u64,
-        (part, tractor, orders): (Arc<SprayerPart>, Tractor, SectionLog),
-    ) -> Self {
-        let (hearing, valves) = (Hearing::new(spec, orders), Valves::new(spec.boom.clone(), seed));
-        Self { hearing, valves, part, tractor, next: None }
+    pub(crate) fn new(machine: Machine) -> Self {
+        Self { reader: machine.reader(), machine, next: None }
     }
 }
 
@@ -56,15 +43,12 @@ impl ControlFunction for BoomSpray {
         if self.next.is_none_or(|next| at < next) {
             return;
         }
-        self.hearing.ordered().iter().for_each(|command| self.valves.tell(command));
-        let shares = self.valves.shares(at.as_secs_f64(), &self.part.troubles());
-        for (number, share) in (0..=u8::MAX).zip(shares) {
-            self.tractor.set_nozzle_flow(at, number, share);
+        let states = self.machine.look(self.reader, at);
+        for (number, share) in (0..=u8::MAX).zip(states.nozzles) {
+            self.machine.tractor().set_nozzle_flow(at, number, share);
         }
         self.next = Some(at + PERIOD);
     }
 
-    fn handle(&mut self, at: SimTime, frame: &CanFrame, _out: &mut Vec<CanFrame>) {
-        self.hearing.heard(at, frame).iter().for_each(|command| self.valves.tell(command));
-    }
+    fn handle(&mut self, _at: SimTime, _frame: &CanFrame, _out: &mut Vec<CanFrame>) {}
 }

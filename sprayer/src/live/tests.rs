@@ -4,6 +4,7 @@ use rowscan_protocol::time::SimTime;
 
 use super::*;
 use crate::commands::CommandLog;
+use crate::span::Spans;
 use crate::pass::valve_flows;
 use crate::troubles::Trouble;
 
@@ -19,17 +20,16 @@ fn boom(valve: &str, tables: &str) -> Boom {
         )
     };
     let sections: String = (0..3).map(section).collect();
-    Boom::read(&format!("version = 1\nwatchdog_s = 3\n[valve]\n{valve}\n{tables}\n{sections}"))
-        .expect("a boom")
-}
-
-fn sensors() -> Sensors {
-    Sensors { pulses_per_l: 300.0, tank_l: Some(2.0) }
+    Boom::read(&format!(
+        "version = 1\nwatchdog_s = 3\n[valve]\n{valve}\n{tables}\n[sensors]\npulses_per_l = 300\ntank_l = 2\n{sections}"
+    ))
+    .expect("a boom")
 }
 
 /// What the sensors said each tenth of a second.
 fn looks(boom: &Boom, commands: &[Command], troubles: &Troubles) -> Vec<States> {
-    let mut live = Live::new(boom.clone(), sensors(), 5);
+    let mut live = Live::new(boom.clone(), 5);
+    let reader = live.reader();
     let mut next = commands.iter().peekable();
     let ticks = (END_S * 10.0) as u64;
     (1..=ticks)
@@ -42,7 +42,7 @@ fn looks(boom: &Boom, commands: &[Command], troubles: &Troubles) -> Vec<States> 
             let so_far = troubles.0.iter().filter(|trouble| trouble.from <= at_s);
             let so_far =
                 so_far.map(|trouble| Trouble { to: trouble.to.filter(|to| *to <= at_s), ..*trouble });
-            live.look(at_s, &Troubles(so_far.collect()), &|_| 1.5)
+            live.look(reader, at_s, &Troubles(so_far.collect()), &|_| 1.5)
         })
         .collect()
 }
@@ -150,6 +150,34 @@ proptest! {
         prop_assert!((left_l - (2.0 - litres).max(0.0)).abs() < 1e-9);
     }
 
+    /// A tank runs dry when its litres have gone, for whoever looks on the way and for whoever finds out afterwards.
+    #[test]
+    fn a_tank_runs_dry_once_for_all(valve in valves(), commands in commands(), tank_l in 0.02..0.6f64) {
+        let boom = Boom { tank_l: Some(tank_l), ..boom(valve, "") };
+        let told = looks(&boom, &commands, &Troubles::default());
+        let flows = afterwards(&boom, &commands, &Troubles::default());
+        let all: f64 = flows.iter().map(Flow::litres).sum();
+        let last = told.last().expect("looks");
+        let left_l = last.tank_l.expect("a tank");
+        prop_assert!((left_l - (tank_l - all).max(0.0)).abs() < 1e-9, "{left_l} of {tank_l}, {all} wanted");
+        prop_assert_eq!(last.tank_empty, all >= tank_l);
+        prop_assert!((last.pulses - 300.0 * all.min(tank_l)).abs() < 1e-6, "{}", last.pulses);
+        let drive = crate::Drive::of(
+            |at| rowscan_vehicle::Tractor::new(rowscan_vehicle::trajectory::Trajectory::straight(0.0, 1.5)).motion(at),
+            SimTime::ZERO,
+            SimTime((END_S * 1e9) as u64),
+        );
+        let orchard = rowscan_scenes::Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY);
+        let pass = crate::Pass::new(boom, &orchard, drive, 5);
+        let delivery = pass.deliver(&commands.iter().copied().collect());
+        let litres: f64 = delivery.flows.iter().map(Flow::litres).sum();
+        prop_assert!((litres - all.min(tank_l)).abs() < 1e-9, "{litres}");
+        prop_assert_eq!(delivery.dry_s.is_some(), all >= tank_l);
+        if let Some(dry_s) = delivery.dry_s {
+            prop_assert!(delivery.flows.iter().all(|flow| flow.open.iter().all(|span| span.to <= dry_s)));
+        }
+    }
+
     /// The same with hydraulics, where a ramp that a look cuts in two counts as other plateaus than a whole one.
     #[test]
     fn litres_under_changing_pressure_are_those_found_afterwards(valve in valves(), commands in commands()) {
@@ -187,6 +215,46 @@ fn a_flow_meter_that_is_off_tells_its_own_flow_and_the_tank_the_true_one() {
 }
 
 #[test]
+fn readers_see_what_was_since_their_own_last_look() {
+    let boom = boom("on_ms = 0\noff_ms = 0\nrise_ms = 0\nfall_ms = 0", "");
+    let mut live = Live::new(boom, 5);
+    let (fast, slow) = (live.reader(), live.reader());
+    live.tell(&command(0.25, Target::All, 1.0));
+    let mut seen = Vec::new();
+    for tick in 1..=5 {
+        let look = |live: &mut Live, reader| live.look(reader, f64::from(tick) / 10.0, &Troubles::default(), &|_| 1.5);
+        seen.push(look(&mut live, fast).sections[0].1);
+        if tick == 5 {
+            let states = look(&mut live, slow);
+            assert!((states.sections[0].1 - 0.5).abs() < 1e-12 && (states.nozzles[5] - 0.5).abs() < 1e-12);
+            assert!((states.flow_l_s - 0.05).abs() < 1e-12 && (states.pulses - 7.5).abs() < 1e-9);
+        }
+    }
+    let expected = [0.0, 0.0, 0.5, 1.0, 1.0];
+    assert!(seen.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12), "{seen:?}");
+}
+
+/// Six nozzles of one litre a minute, and a tenth of a litre: a second. With a pump, hoses give what they hold, and the pressure goes.
+#[test]
+fn a_tank_that_runs_dry_is_told_and_gives_nothing_more() {
+    let ideal = "on_ms = 0\noff_ms = 0\nrise_ms = 0\nfall_ms = 0";
+    for hydraulics in ["", "[hydraulics]\npump_l_min = 16\nhose_l = 0.01"] {
+        let boom = Boom { tank_l: Some(0.1), ..boom(ideal, hydraulics) };
+        let told = looks(&boom, &[command(1.05, Target::All, 1.0)], &Troubles::default());
+        assert!(!told[18].tank_empty && told[18].tank_l.expect("a tank") > 0.0, "{hydraulics}");
+        assert!(told[24].tank_empty && told[24].tank_l == Some(0.0), "{hydraulics}: {:?}", told[24]);
+        assert!(told[29].flow_l_s < 1e-6 && told[29].nozzles.iter().all(|share| *share == 0.0), "{hydraulics}");
+        assert!(told[29].sections.iter().all(|(_, share)| (share - 1.0).abs() < 1e-12), "the valves are open");
+        if hydraulics.is_empty() {
+            assert!((told[29].pulses - 30.0).abs() < 1e-6, "{}", told[29].pulses);
+        } else {
+            let bar = told[29].pressure_bar.expect("a pressure");
+            assert!(bar < 0.1 && told[29].pulses < 33.1, "{bar} bar, {} pulses", told[29].pulses);
+        }
+    }
+}
+
+#[test]
 fn switches_and_tank_are_told_while_they_forbid() {
     let faults = [SprayerFault::MasterOff, SprayerFault::HeldShut, SprayerFault::TankEmpty];
     let troubles = faults.iter().zip(1..).map(|(fault, s)| Trouble {
@@ -207,11 +275,12 @@ fn switches_and_tank_are_told_while_they_forbid() {
 #[test]
 fn what_a_look_costs_does_not_grow_with_the_log() {
     let boom = boom("on_ms = 15\noff_ms = 10", "");
-    let mut live = Live::new(boom, sensors(), 1);
+    let mut live = Live::new(boom, 1);
+    let reader = live.reader();
     for tick in 1..2000_u32 {
         let at = f64::from(tick) / 10.0;
         live.tell(&command(at - 0.05, Target::All, f64::from(tick % 2)));
-        live.look(at, &Troubles::default(), &|_| 1.0);
+        live.look(reader, at, &Troubles::default(), &|_| 1.0);
         assert!(
             live.valves.duties.steps.iter().all(|steps| steps.len() < 5),
             "{:?}",

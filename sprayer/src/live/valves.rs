@@ -4,69 +4,52 @@ use crate::boom::{Boom, Nozzle};
 use crate::commands::{Command, Duties};
 use crate::flow::Flow;
 use crate::pass::valve_flows;
-use crate::span::{Span, Spans};
 use crate::troubles::Troubles;
 use crate::valve::{Kind, SETTLED, Valve};
 
 /// The valves of a boom, which are told commands as they come.
 #[derive(Clone, Debug)]
-pub struct Valves {
+pub(super) struct Valves {
     boom: Boom,
     nozzles: Vec<Nozzle>,
     /// Of valves that run free.
     seed: u64,
     pub(super) duties: Duties,
-    /// Of the last look.
-    at_s: f64,
     /// What they do depends on what they were told in so many seconds before.
     memory_s: f64,
 }
 
 impl Valves {
     /// Those of `boom` at time 0, all shut. Phases of valves that run free follow from `seed`, as in [`crate::Pass`].
-    pub fn new(boom: Boom, seed: u64) -> Self {
+    pub(super) fn new(boom: Boom, seed: u64) -> Self {
         let nozzles = boom.nozzles();
         let memory_s = nozzles.iter().map(|nozzle| memory_s(&nozzle.valve)).fold(0.0, f64::max);
-        Self { duties: Duties::new(&boom), boom, nozzles, seed, at_s: 0.0, memory_s }
+        Self { duties: Duties::new(&boom), boom, nozzles, seed, memory_s }
     }
 
     /// The boom.
-    pub fn boom(&self) -> &Boom {
+    pub(super) fn boom(&self) -> &Boom {
         &self.boom
     }
 
     /// The nozzles behind them.
-    pub fn nozzles(&self) -> &[Nozzle] {
+    pub(super) fn nozzles(&self) -> &[Nozzle] {
         &self.nozzles
     }
 
     /// A command was heard, not before the last look.
-    pub fn tell(&mut self, command: &Command) {
+    pub(super) fn tell(&mut self, command: &Command) {
         self.duties.tell(command);
     }
 
-    /// Looks at `at_s`, with what has gone wrong so far: the time since the last look, and what left each nozzle at the nominal pressure. Looks come in
-    /// the order of time.
-    pub fn look(&mut self, at_s: f64, troubles: &Troubles) -> (Span, Vec<Flow>) {
-        let since = Span::new(self.at_s, at_s);
+    /// Looks at `at_s`, with what has gone wrong so far: what each let through at the nominal pressure. Looks come in the order of time.
+    pub(super) fn look(&mut self, at_s: f64, troubles: &Troubles) -> Vec<Flow> {
         self.duties.silent(at_s);
         let told = self.duties.steps.clone();
         let flows = valve_flows((&self.boom, &self.nozzles, self.seed), told, troubles, at_s);
-        self.at_s = at_s;
         let began = troubles.0.iter().map(|trouble| trouble.from).fold(at_s, f64::min);
         self.duties.forget(began - self.memory_s);
-        (since, flows)
-    }
-
-    /// Looks at `at_s`: the share of its full flow that each nozzle gave since the last look, as a mean.
-    pub fn shares(&mut self, at_s: f64, troubles: &Troubles) -> Vec<f64> {
-        let (since, flows) = self.look(at_s, troubles);
-        let times = Spans::of([since]);
-        let share = |flow: &Flow| {
-            let full_l = flow.full_l_s * since.length();
-            if full_l > 0.0 { flow.litres_in(&times) / full_l } else { 0.0 }
-        };
-        flows.iter().map(share).collect()
+        flows
     }
 }
 

@@ -1,9 +1,8 @@
-//! The valve bank of a client: what sections are told, what they do after their dead times, and what of it is told.
-
-use std::time::Duration;
+//! The valve bank of a client: what sections are told, and what of that and of its machine is told.
 
 use rowscan_protocol::time::SimTime;
 
+use super::machine::{DeadTimes, Machine, Seen};
 use crate::isobus::ddi::{self, Work};
 use crate::isobus::implement::{Implement, element};
 
@@ -28,21 +27,17 @@ pub struct SectionOrder {
     pub is_open: bool,
 }
 
-/// One section's valve.
+/// What one section is to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Valve {
     /// What the task controller wants of it.
     wanted: bool,
     /// What it is told: what is wanted, while the master switch is on.
     told: bool,
-    /// What it does.
-    open: bool,
-    /// When it does what it is told.
-    due: Option<SimTime>,
 }
 
 /// The valve bank.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Bank {
     implement: Implement,
     valves: Vec<Valve>,
@@ -56,8 +51,10 @@ pub(super) struct Bank {
     pub(super) speed_m_s: Option<f64>,
     /// Height of the canopy, mm, while a sensor tells it.
     pub(super) canopy_mm: Option<i32>,
-    /// What was sprayed up to an instant, litres.
-    sprayed: (SimTime, f64),
+    /// What does what the valves are told.
+    machine: Box<dyn Machine>,
+    /// The last look at it.
+    seen: Seen,
     orders: Vec<SectionOrder>,
 }
 
@@ -66,9 +63,11 @@ pub(super) type Refusal = u8;
 
 impl Bank {
     pub(super) fn new(implement: Implement) -> Self {
-        let shut = Valve { wanted: false, told: false, open: false, due: None };
-        let valves = vec![shut; implement.sections.len()];
+        let valves = vec![Valve { wanted: false, told: false }; implement.sections.len()];
+        let mut machine = Box::new(DeadTimes::new(implement.clone()));
         Self {
+            seen: machine.look(SimTime::ZERO),
+            machine,
             implement,
             valves,
             is_on: true,
@@ -77,7 +76,6 @@ impl Bank {
             rate: 0,
             speed_m_s: None,
             canopy_mm: None,
-            sprayed: (SimTime::ZERO, 0.0),
             orders: Vec::new(),
         }
     }
@@ -87,19 +85,19 @@ impl Bank {
         std::mem::take(&mut self.orders)
     }
 
-    /// When a valve does what it was told.
-    pub(super) fn next(&self) -> Option<SimTime> {
-        self.valves.iter().filter_map(|valve| valve.due).min()
+    /// Another machine does what the valves are told.
+    pub(super) fn set_machine(&mut self, machine: Box<dyn Machine>) {
+        self.machine = machine;
     }
 
-    /// Lets valves do what is due.
+    /// When its machine is to be looked at.
+    pub(super) fn next(&self) -> Option<SimTime> {
+        self.machine.next()
+    }
+
+    /// Looks at its machine.
     pub(super) fn poll(&mut self, at: SimTime) {
-        while let Some(due) = self.next().filter(|due| *due <= at) {
-            self.count(due);
-            for valve in self.valves.iter_mut().filter(|valve| valve.due == Some(due)) {
-                (valve.open, valve.due) = (valve.told, None);
-            }
-        }
+        self.seen = self.machine.look(at);
     }
 
     /// The task controller is lost, or was told to keep out.
@@ -156,37 +154,20 @@ impl Bank {
 
     /// Valves are told what is wanted of them.
     fn follow(&mut self, at: SimTime) {
-        self.count(at);
-        let Self { implement, valves, is_on, orders, .. } = self;
+        let Self { implement, valves, is_on, orders, machine, .. } = self;
         for (valve, section) in valves.iter_mut().zip(&implement.sections) {
             let told = valve.wanted && *is_on;
-            if told == valve.told {
-                continue;
+            if told != std::mem::replace(&mut valve.told, told) {
+                let order = SectionOrder { at, number: section.number, is_open: told };
+                machine.tell(&order);
+                orders.push(order);
             }
-            valve.told = told;
-            let ms = if told { implement.on_ms } else { implement.off_ms };
-            // A pulse that is over before its valve has moved leaves it where it is.
-            let delay = Duration::from_millis(u64::try_from(ms).unwrap_or(0));
-            valve.due = (valve.open != told).then_some(at + delay);
-            orders.push(SectionOrder { at, number: section.number, is_open: told });
         }
-    }
-
-    /// Counts what has been sprayed up to `at`, by nominal flow.
-    fn count(&mut self, at: SimTime) {
-        let (from, litres) = self.sprayed;
-        let s = at.as_secs_f64() - from.as_secs_f64();
-        self.sprayed = (at.max(from), litres + self.flow_l_min() / 60.0 * s.max(0.0));
-    }
-
-    fn flow_l_min(&self) -> f64 {
-        let open = self.implement.sections.iter().zip(&self.valves).filter(|(_, valve)| valve.open);
-        open.map(|(section, _)| section.flow_l_min).sum()
     }
 
     /// Litres per hectare now: at standstill without end while anything is open.
     fn rate_l_ha(&self) -> Option<f64> {
-        let flow = self.flow_l_min();
+        let flow = self.seen.flow_l_min;
         if flow == 0.0 {
             return Some(0.0);
         }
@@ -196,13 +177,12 @@ impl Bank {
         Some(flow / 60.0 / m2_s * 10_000.0)
     }
 
-    /// The value of a DDI of an element; none where it is not known.
-    pub(super) fn value(&self, at: SimTime, of: u16, ddi: u16) -> Option<i32> {
-        let any = self.valves.iter().any(|valve| valve.open);
+    /// The value of a DDI of an element, as of the last look at the machine; none where it is not known.
+    pub(super) fn value(&self, of: u16, ddi: u16) -> Option<i32> {
+        let any = self.seen.open.contains(&true);
         let words = |first| ddi::word(ddi, first).filter(|word| *word < self.implement.words());
-        let condensed = |word: u16, state: fn(&Valve) -> bool| {
-            let first = usize::from(word * ddi::SECTIONS);
-            ddi::condensed(self.valves.iter().skip(first).map(|valve| Work::of(state(valve))))
+        let condensed = |word: u16, states: &mut dyn Iterator<Item = bool>| {
+            ddi::condensed(states.skip(usize::from(word * ddi::SECTIONS)).map(Work::of))
         };
         Some(match (of, ddi) {
             (element::DEVICE | element::BOOM, ddi::ACTUAL_WORK) => Work::of(any).bits() as i32,
@@ -213,19 +193,14 @@ impl Bank {
             (element::BOOM, ddi::TURN_ON_TIME) => self.implement.on_ms,
             (element::BOOM, ddi::TURN_OFF_TIME) => self.implement.off_ms,
             (element::BOOM, _) => match (words(ddi::ACTUAL_SECTIONS), words(ddi::SETPOINT_SECTIONS)) {
-                (Some(word), _) => condensed(word, |valve| valve.open),
-                (_, Some(word)) => condensed(word, |valve| valve.wanted),
+                (Some(word), _) => condensed(word, &mut self.seen.open.iter().copied()),
+                (_, Some(word)) => condensed(word, &mut self.valves.iter().map(|valve| valve.wanted)),
                 _ => return None,
             },
             (element::TANK, ddi::SETPOINT_RATE) => self.rate,
             (element::TANK, ddi::ACTUAL_RATE) => ddi::rate(self.rate_l_ha()?),
             (element::TANK, ddi::PRESCRIPTION_CONTROL) => self.prescription,
-            (element::TANK, ddi::TANK) => {
-                let mut now = self.clone();
-                now.count(at);
-                let left = f64::from(self.implement.tank_ml?) - 1000.0 * now.sprayed.1;
-                left.max(0.0).round() as i32
-            }
+            (element::TANK, ddi::TANK) => self.seen.tank_ml?,
             _ => return None,
         })
     }
@@ -250,7 +225,7 @@ mod tests {
         let told: Vec<_> =
             bank.take_orders().into_iter().map(|order| (order.number, order.is_open)).collect();
         assert_eq!(told, [(1, true), (3, true)]);
-        let actual = |bank: &Bank| bank.value(SimTime::ZERO, 2, 161).map(|value| value as u32);
+        let actual = |bank: &Bank| bank.value(2, 161).map(|value| value as u32);
         assert_eq!(actual(&bank), Some(0xFFFF_FF00));
         assert_eq!(bank.next(), Some(SimTime(115 * MS)));
         bank.poll(SimTime(115 * MS));
@@ -260,7 +235,7 @@ mod tests {
         assert_eq!(bank.next(), Some(SimTime(210 * MS)));
         bank.poll(SimTime(210 * MS));
         assert_eq!(actual(&bank), Some(0xFFFF_FF10));
-        assert_eq!(bank.value(SimTime::ZERO, 2, 290).map(|value| value as u32), Some(0xFFFF_FF10));
+        assert_eq!(bank.value(2, 290).map(|value| value as u32), Some(0xFFFF_FF10));
         // A pulse of 5 ms never comes.
         set(&mut bank, 300, 290, 0xFFFF_FFFD_u32 as i32);
         set(&mut bank, 305, 290, 0xFFFF_FFFC_u32 as i32);
@@ -286,19 +261,19 @@ mod tests {
             bank.poll(SimTime(100 * MS));
             bank.set(SimTime(100 * MS), 160, 0, policy).expect("settable");
             bank.poll(SimTime(200 * MS));
-            let open = bank.value(SimTime::ZERO, 2, 161).map(|value| value & 0xF);
+            let open = bank.value(2, 161).map(|value| value & 0xF);
             assert_eq!(open, Some(left), "{policy:?}");
             // In manual it does not follow.
             set(&mut bank, 300, 290, 0);
             bank.poll(SimTime(400 * MS));
-            assert_eq!(bank.value(SimTime::ZERO, 2, 161).map(|value| value & 0xF), Some(left));
+            assert_eq!(bank.value(2, 161).map(|value| value & 0xF), Some(left));
         }
     }
 
     #[test]
     fn rate_and_tank_follow_from_flow_and_speed() {
         let mut bank = Bank::new(implement(2));
-        let rate = |bank: &Bank| bank.value(SimTime::ZERO, 3, 2);
+        let rate = |bank: &Bank| bank.value(3, 2);
         assert_eq!(rate(&bank), Some(0), "nothing flows");
         set(&mut bank, 0, 290, 5);
         bank.poll(SimTime(15 * MS));
@@ -309,7 +284,8 @@ mod tests {
         bank.speed_m_s = Some(0.0);
         assert_eq!(rate(&bank), Some(i32::MAX));
         // A minute of 4 l/min, of 400 l.
-        assert_eq!(bank.value(SimTime(60_015 * MS), 3, 72), Some(396_000));
+        bank.poll(SimTime(60_015 * MS));
+        assert_eq!(bank.value(3, 72), Some(396_000));
     }
 
     #[test]
@@ -321,7 +297,7 @@ mod tests {
         assert_eq!(refused(ddi::SETPOINT_WORK, 4), refusal::VALUE);
         assert_eq!(refused(ddi::SETPOINT_RATE, -1), refusal::VALUE);
         assert_eq!(refused(ddi::ACTUAL_WIDTH, 1), refusal::NOT_SETTABLE);
-        assert_eq!(bank.value(SimTime::ZERO, 0, ddi::CANOPY_HEIGHT), None, "no sensor has told it");
-        assert_eq!(bank.value(SimTime::ZERO, 2, 162), None, "two sections need one word");
+        assert_eq!(bank.value(0, ddi::CANOPY_HEIGHT), None, "no sensor has told it");
+        assert_eq!(bank.value(2, 162), None, "two sections need one word");
     }
 }

@@ -4,6 +4,7 @@
 //! Each appends the frames to send. [`TaskClient::take_orders`] gives what sections were told meanwhile.
 
 mod bank;
+mod machine;
 mod session;
 #[cfg(test)]
 mod tests;
@@ -14,6 +15,7 @@ use std::time::Duration;
 use rowscan_protocol::time::SimTime;
 
 pub use bank::{OnLoss, SectionOrder};
+pub use machine::{Machine, Seen};
 pub use session::{Connection, Question, Refused};
 
 use self::bank::Bank;
@@ -43,7 +45,7 @@ const STALE: Duration = Duration::from_millis(500);
 const HEIGHT: usize = 4;
 
 /// The sprayer on the bus.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct TaskClient {
     node: Node,
     /// The address that its connections are of.
@@ -89,6 +91,13 @@ impl TaskClient {
             trouble: Trouble::default(),
             is_settled: false,
         }
+    }
+
+    /// The same with this machine behind it; before, one whose valves do what they are told after their dead times.
+    #[must_use]
+    pub fn with_machine(mut self, machine: Box<dyn Machine>) -> Self {
+        self.bank.set_machine(machine);
+        self
     }
 
     /// Where it stands.
@@ -326,7 +335,7 @@ impl TaskClient {
             (Some(_), command::REQUEST) => {
                 self.freshen(at);
                 // What is not known is not answered.
-                if let Some(value) = self.bank.value(at, element, ddi) {
+                if let Some(value) = self.bank.value(element, ddi) {
                     self.triggers.told((element, ddi), value);
                     self.tell((element, ddi), value, out);
                 }
@@ -418,20 +427,20 @@ impl TaskClient {
         }
     }
 
-    /// What is known of speed and canopy, at this instant.
+    /// What is known of machine, speed and canopy, at this instant.
     fn freshen(&mut self, at: SimTime) {
+        self.bank.poll(at);
         let fresh = |heard: Option<(SimTime, f64)>| heard.filter(|(heard, _)| at < *heard + STALE);
         self.bank.speed_m_s = fresh(self.speed).map(|(_, speed)| speed);
         self.bank.canopy_mm = fresh(self.canopy).map(|(_, height_m)| (height_m * 1000.0).round() as i32);
     }
 
-    /// Valves move, and what is to be told is told.
+    /// What is to be told is told.
     fn refresh(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         self.freshen(at);
-        self.bank.poll(at);
         if self.session.state == Connection::Connected {
             let bank = &self.bank;
-            for (key, value) in self.triggers.due(at, |(element, ddi)| bank.value(at, element, ddi)) {
+            for (key, value) in self.triggers.due(at, |(element, ddi)| bank.value(element, ddi)) {
                 self.tell(key, value, out);
             }
         }

@@ -1,0 +1,87 @@
+//! The boom while a run goes on: one machine, which hears its commands once, and which sensors, scanners and task controllers see alike.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use rowscan_bus::CanFrame;
+use rowscan_bus::control_function::ControlFunction;
+use rowscan_bus::transport::Assembly;
+use rowscan_protocol::time::SimTime;
+use rowscan_sprayer::live::{Reader, States};
+use rowscan_sprayer::{Command, Live};
+use rowscan_vehicle::Tractor;
+
+use super::part::SprayerPart;
+use super::spec::SprayerSpec;
+
+/// A boom that runs. Clones share it.
+#[derive(Clone, Debug)]
+pub(crate) struct Machine {
+    live: Arc<Mutex<Live>>,
+    part: Arc<SprayerPart>,
+    tractor: Tractor,
+}
+
+impl Machine {
+    /// Of this sprayer on this tractor; its free valves follow from `seed`.
+    pub(crate) fn new(spec: &SprayerSpec, seed: u64, part: Arc<SprayerPart>, tractor: Tractor) -> Self {
+        Self { live: Arc::new(Mutex::new(Live::new(spec.boom.clone(), seed))), part, tractor }
+    }
+
+    /// Someone who looks at it.
+    pub(super) fn reader(&self) -> Reader {
+        self.lock().reader()
+    }
+
+    /// What `reader` sees at `at`.
+    pub(super) fn look(&self, reader: Reader, at: SimTime) -> States {
+        let speed = |at_s: f64| self.tractor.motion(SimTime((at_s * 1e9) as u64)).speed_m_s;
+        self.lock().look(reader, at.as_secs_f64(), &self.part.troubles(), &speed)
+    }
+
+    /// The tractor that carries it.
+    pub(super) fn tractor(&self) -> &Tractor {
+        &self.tractor
+    }
+
+    /// It is told something.
+    pub(super) fn tell(&self, command: &Command) {
+        self.lock().tell(command);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Live> {
+        self.live.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Tells a machine what is commanded on its bus. It sends nothing.
+#[derive(Debug)]
+pub(crate) struct BoomHearing {
+    machine: Machine,
+    spec: SprayerSpec,
+    assembly: Assembly,
+}
+
+impl BoomHearing {
+    pub(crate) fn new(machine: Machine, spec: &SprayerSpec) -> Self {
+        Self { machine, spec: spec.clone(), assembly: Assembly::default() }
+    }
+}
+
+impl ControlFunction for BoomHearing {
+    fn open(&mut self, _at: SimTime, _out: &mut Vec<CanFrame>) {}
+
+    fn open_settled(&mut self, _at: SimTime, _out: &mut Vec<CanFrame>) {}
+
+    fn next(&self) -> Option<SimTime> {
+        None
+    }
+
+    fn poll(&mut self, _at: SimTime, _out: &mut Vec<CanFrame>) {}
+
+    fn handle(&mut self, at: SimTime, frame: &CanFrame, _out: &mut Vec<CanFrame>) {
+        let Some((id, bytes)) = self.assembly.take(frame) else { return };
+        for (target, duty) in self.spec.commands(id, &bytes) {
+            self.machine.tell(&Command { at, target, duty });
+        }
+    }
+}
