@@ -190,6 +190,8 @@ async fn drive(
     record.longest_compute = rig.compute.longest();
     (record.frames, record.sentences) = (rig.frames.close(), rig.sentences.close());
     record.sprayer = sprayed(scenario, &rig, record);
+    let tasks = scenario.buses.iter().filter_map(|bus| bus.task.as_ref());
+    record.warnings.extend(tasks.flat_map(|task| task.told(&rig.clients.news())));
     let unfinished = rig.desk.unfinished();
     // Healed faults are forgotten.
     record.fault_acts = rig.desk.acts();
