@@ -229,13 +229,15 @@ impl Desks {
         (stage, tractor): (&Stage, Tractor),
     ) -> Vec<Box<dyn ControlFunction>> {
         let mut functions: Vec<Box<dyn ControlFunction>> = Vec::new();
-        functions.extend(task.map(|task| Box::new(task.role((self.clients.clone(), self.server.clone()))) as Box<_>));
+        functions.extend(
+            task.map(|task| Box::new(task.role((self.clients.clone(), self.server.clone()))) as Box<_>),
+        );
         let Some((own, part)) = sprayer else { return functions };
         let boom = &own.boom;
         if own.client.is_none() && boom.drops.is_none() && boom.sensors.is_none() {
             return functions;
         }
-        let machine = Machine::new(own, stage.scene.seed, part, tractor);
+        let machine = Machine::new(boom.clone(), stage.scene.seed, part, tractor);
         // Before those who look: what is commanded now is seen now.
         functions.push(Box::new(BoomHearing::new(machine.clone(), own)));
         functions.extend(own.client.map(|client| {

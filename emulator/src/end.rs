@@ -29,6 +29,25 @@ impl EndWhen {
             Self::Scans(scans) => scan_instants >= scans,
         }
     }
+
+    /// The end itself, to the nanosecond, where what is due at `at` comes after it and what was at `from` did not: whatever else acts in a rig, its time
+    /// ends at the same instant. After so many scans it is that of the last one.
+    pub(crate) fn instant(
+        self,
+        (from, at): (SimTime, SimTime),
+        tractor: &Tractor,
+        scan_instants: u64,
+    ) -> SimTime {
+        if let Self::Scans(_) = self {
+            return from;
+        }
+        let (mut low, mut high) = (from.0, at.0.max(from.0));
+        while high - low > 1 {
+            let middle = low + (high - low) / 2;
+            if self.is_before(SimTime(middle), tractor, scan_instants) { high = middle } else { low = middle }
+        }
+        SimTime(low)
+    }
 }
 
 #[cfg(test)]
@@ -54,5 +73,19 @@ mod tests {
         assert!(!EndWhen::Driven(Duration::from_secs(1)).is_before(second, &tractor, 0));
         assert!(!EndWhen::RowM(2.0).is_before(second, &tractor, 0));
         assert!(!EndWhen::Scans(3).is_before(second, &tractor, 2));
+    }
+
+    #[test]
+    fn time_ends_at_the_end_whatever_is_due_next() {
+        let tractor = Tractor::new(Trajectory::straight(0.0, 2.0));
+        tractor.begin(SimTime(100_000_000));
+        for (from, at) in [(0, 1_000_000_000), (400_000_000, 600_000_001), (599_999_999, 9_000_000_000)] {
+            for end in [EndWhen::Driven(Duration::from_millis(500)), EndWhen::RowM(1.0), EndWhen::WayM(1.0)] {
+                let found = end.instant((SimTime(from), SimTime(at)), &tractor, 0);
+                assert!(found.0.abs_diff(600_000_000) <= 1, "{end:?}: {found:?}");
+            }
+            let found = EndWhen::Scans(3).instant((SimTime(from), SimTime(at)), &tractor, 3);
+            assert_eq!(found, SimTime(from));
+        }
     }
 }

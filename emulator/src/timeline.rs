@@ -95,7 +95,11 @@ impl Timeline {
             }
             if let Some(at) = due {
                 clock.expect(at);
-                if self.end.is_some_and(|end| end.is_before(at, &self.tractor, self.scan_instants)) {
+                let over = self.end.filter(|end| end.is_before(at, &self.tractor, self.scan_instants));
+                if let Some(end) = over {
+                    if clock.delivery().is_patient() {
+                        clock.reached(end.instant((clock.now(), at), &self.tractor, self.scan_instants));
+                    }
                     self.drain().await;
                     return Ok(());
                 }

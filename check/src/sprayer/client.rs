@@ -147,6 +147,15 @@ fn command(order: &SectionOrder) -> Command {
 mod tests {
     #![allow(clippy::expect_used, reason = "a test fails by panicking")]
 
+    use std::sync::Arc;
+
+    use rowscan_fault_table::PartFault;
+    use rowscan_fault_table::sprayer::{SprayerFault, Valves};
+    use rowscan_faults::{Order, Part};
+    use rowscan_vehicle::Tractor;
+    use rowscan_vehicle::trajectory::Trajectory;
+
+    use super::super::part::SprayerPart;
     use super::*;
 
     #[test]
@@ -173,5 +182,47 @@ mod tests {
         assert_eq!(sections, [(1, true, (500, 1000), 2), (4, false, (1000, 1500), 2)]);
         assert!((told.sections[0].flow_l_min - 2.0).abs() < 1e-9);
         told.pool().check().expect("a sound pool");
+    }
+
+    /// What the client sees is what the boom's sensors see, of a sound machine and of one with faults.
+    #[test]
+    fn the_client_sees_the_machine_that_sensors_see() {
+        let text = "version = 1\ntank_l = 0.05\n[valve]\non_ms = 150\noff_ms = 100\n[[section]]\nid = \"b\"\nnumber = 7\nside = \"left\"\nz_from_m = 1\nz_to_m = 2\n\
+                    [[section]]\nid = \"a\"\nnumber = 3\nside = \"left\"\nz_from_m = 0\nz_to_m = 1\n";
+        let boom = Boom::read(text).expect("a boom");
+        for fault in [None, Some(SprayerFault::CoilOpen(Valves::Section(3)))] {
+            let part = Arc::new(SprayerPart::new(boom.clone(), None));
+            let fault = fault.map(PartFault::Sprayer);
+            if let Some(fault) = &fault {
+                part.begin(&Order { key: 1, at: Duration::ZERO, fault, seed: 0, p: 1.0 });
+            }
+            let tractor = Tractor::new(Trajectory::straight(0.0, 1.0));
+            let machine = Machine::new(boom.clone(), 1, part, tractor);
+            let (reader, mut client) = (machine.reader(), SeenMachine::new(machine.clone()));
+            let ms = |ms: u64| SimTime(ms * 1_000_000);
+            client.look(SimTime::ZERO);
+            for number in [3, 7] {
+                client.tell(&SectionOrder { at: ms(200), number, is_open: true });
+            }
+            let mut told = Vec::new();
+            for tick in 1..=400 {
+                let (seen, states) = (client.look(ms(10 * tick)), machine.look(reader, ms(10 * tick)));
+                let share = |number| {
+                    states.sections.iter().find(|(own, _)| *own == number).map_or(0.0, |(_, share)| *share)
+                };
+                assert_eq!(seen.open, [share(3) > 0.5, share(7) > 0.5]);
+                assert!((seen.flow_l_min - 60.0 * states.flow_l_s).abs() < 1e-9);
+                assert_eq!(seen.tank_ml, states.tank_l.map(|l| (1000.0 * l).round() as i32));
+                told.push(seen);
+            }
+            let opens =
+                |place: usize| told.iter().position(|seen| seen.open[place]).map(|tick| 10 * (tick + 1));
+            assert!(opens(1).is_some_and(|ms| (350..=370).contains(&ms)), "{:?}", opens(1));
+            assert_eq!(opens(0), opens(1).filter(|_| fault.is_none()), "without current it stays shut");
+            // Two litres a minute, or one: 50 ml are gone after 1.5 or 3 s.
+            let dry = told.iter().position(|seen| seen.tank_ml == Some(0)).map(|tick| 10 * (tick + 1));
+            let expected = if fault.is_none() { 1830..=1870 } else { 3330..=3370 };
+            assert!(dry.is_some_and(|ms| expected.contains(&ms)), "{dry:?}");
+        }
     }
 }

@@ -7,7 +7,7 @@ use rowscan_bus::control_function::ControlFunction;
 use rowscan_bus::transport::Assembly;
 use rowscan_protocol::time::SimTime;
 use rowscan_sprayer::live::{Reader, States};
-use rowscan_sprayer::{Command, Live};
+use rowscan_sprayer::{Boom, Command, Live};
 use rowscan_vehicle::Tractor;
 
 use super::part::SprayerPart;
@@ -22,9 +22,9 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
-    /// Of this sprayer on this tractor; its free valves follow from `seed`.
-    pub(crate) fn new(spec: &SprayerSpec, seed: u64, part: Arc<SprayerPart>, tractor: Tractor) -> Self {
-        Self { live: Arc::new(Mutex::new(Live::new(spec.boom.clone(), seed))), part, tractor }
+    /// This boom on this tractor; its free valves follow from `seed`.
+    pub(crate) fn new(boom: Boom, seed: u64, part: Arc<SprayerPart>, tractor: Tractor) -> Self {
+        Self { live: Arc::new(Mutex::new(Live::new(boom, seed))), part, tractor }
     }
 
     /// Someone who looks at it.
