@@ -229,7 +229,9 @@ impl Desks {
         (stage, tractor): (&Stage, Tractor),
     ) -> Vec<Box<dyn ControlFunction>> {
         let mut functions: Vec<Box<dyn ControlFunction>> = Vec::new();
-        functions.extend(task.map(|task| Box::new(task.role((self.clients.clone(), self.server.clone()))) as Box<_>));
+        functions.extend(
+            task.map(|task| Box::new(task.role((self.clients.clone(), self.server.clone()))) as Box<_>),
+        );
         let Some((own, part)) = sprayer else { return functions };
         let boom = &own.boom;
         if own.client.is_none() && boom.drops.is_none() && boom.sensors.is_none() {

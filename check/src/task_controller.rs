@@ -92,9 +92,13 @@ impl TaskSpec {
                 What::Active { sections } if most > *sections => format!(
                     "a step opens section {most}, and the client at 0x{client:02X} has {sections} sections: what it lacks is opened nowhere"
                 ),
-                What::Refused(error) => format!("the pool of the client at 0x{client:02X} is refused: {error}"),
+                What::Refused(error) => {
+                    format!("the pool of the client at 0x{client:02X} is refused: {error}")
+                }
                 What::NotTaken(element, ddi, reasons) => {
-                    format!("the client at 0x{client:02X} did not take DDI {ddi} of element {element} (reasons 0x{reasons:02X})")
+                    format!(
+                        "the client at 0x{client:02X} did not take DDI {ddi} of element {element} (reasons 0x{reasons:02X})"
+                    )
                 }
                 What::Active { .. } | What::Lost | What::Told(_) => continue,
             };
@@ -164,7 +168,10 @@ mod tests {
         let active = |sections| News { at: SimTime::ZERO, client: 0x81, what: What::Active { sections } };
         assert!(task.told(&[active(9)]).is_empty());
         let told = task.told(&[active(8), active(8)]);
-        assert!(matches!(&told[..], [one] if one.contains("opens section 9") && one.contains("has 8")), "{told:?}");
+        assert!(
+            matches!(&told[..], [one] if one.contains("opens section 9") && one.contains("has 8")),
+            "{told:?}"
+        );
         let told = task.told(&[]);
         assert!(matches!(&told[..], [one] if one.contains("nobody was commanded")), "{told:?}");
         let refused = News { at: SimTime::ZERO, client: 0x81, what: What::NotTaken(2, 290, 0x10) };

@@ -73,7 +73,8 @@ impl Live {
     pub fn new(boom: Boom, seed: u64) -> Self {
         let node = boom.hydraulics.map(|keys| Node::new(&boom, keys));
         let full_l_s: f64 = boom.nozzles().iter().map(|nozzle| nozzle.flow_l_s).sum();
-        let most_bar = boom.hydraulics.map_or(boom.pressure_bar, |keys| keys.relief_bar.max(boom.pressure_bar));
+        let most_bar =
+            boom.hydraulics.map_or(boom.pressure_bar, |keys| keys.relief_bar.max(boom.pressure_bar));
         Self {
             most_l_s: full_l_s * (most_bar / boom.pressure_bar).sqrt(),
             pulses_per_l: boom.sensors.unwrap_or_default().pulses_per_l,

@@ -305,7 +305,10 @@ fn the_stand_before_a_drive_is_no_stop_and_what_is_sprayed_in_it_is_forbidden() 
     assert_eq!((never.forbidden_s, never.litres), (0.0, 0.0));
     let always = stood(&[Command { at: SimTime::ZERO, target: Target::All, duty: 1.0 }]);
     let full_l_s: f64 = pass.nozzles().iter().map(|nozzle| nozzle.flow_l_s).sum();
-    assert!(always.forbidden_s == 0.0 && (always.litres - 0.5 * full_l_s).abs() < 1e-3 * full_l_s, "{always:?}");
+    assert!(
+        always.forbidden_s == 0.0 && (always.litres - 0.5 * full_l_s).abs() < 1e-3 * full_l_s,
+        "{always:?}"
+    );
 }
 
 fn any_log() -> impl Strategy<Value = Vec<(f64, u16, bool)>> {

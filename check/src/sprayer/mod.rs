@@ -11,8 +11,8 @@ mod spec;
 mod spray;
 
 pub(crate) use judge::judge;
-pub(crate) use machine::{BoomHearing, Machine};
 pub use kept::KeptError;
+pub(crate) use machine::{BoomHearing, Machine};
 pub(crate) use part::{NAME, SprayerPart};
 pub use run::{Intercepted, Relative, SprayerRun};
 pub(crate) use sensors::BoomSensors;

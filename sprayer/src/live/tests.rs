@@ -4,8 +4,8 @@ use rowscan_protocol::time::SimTime;
 
 use super::*;
 use crate::commands::CommandLog;
-use crate::span::Spans;
 use crate::pass::valve_flows;
+use crate::span::Spans;
 use crate::troubles::Trouble;
 
 /// Looks at a boom that lasts this long, seconds.
@@ -222,7 +222,9 @@ fn readers_see_what_was_since_their_own_last_look() {
     live.tell(&command(0.25, Target::All, 1.0));
     let mut seen = Vec::new();
     for tick in 1..=5 {
-        let look = |live: &mut Live, reader| live.look(reader, f64::from(tick) / 10.0, &Troubles::default(), &|_| 1.5);
+        let look = |live: &mut Live, reader| {
+            live.look(reader, f64::from(tick) / 10.0, &Troubles::default(), &|_| 1.5)
+        };
         seen.push(look(&mut live, fast).sections[0].1);
         if tick == 5 {
             let states = look(&mut live, slow);
@@ -243,8 +245,14 @@ fn a_tank_that_runs_dry_is_told_and_gives_nothing_more() {
         let told = looks(&boom, &[command(1.05, Target::All, 1.0)], &Troubles::default());
         assert!(!told[18].tank_empty && told[18].tank_l.expect("a tank") > 0.0, "{hydraulics}");
         assert!(told[24].tank_empty && told[24].tank_l == Some(0.0), "{hydraulics}: {:?}", told[24]);
-        assert!(told[29].flow_l_s < 1e-6 && told[29].nozzles.iter().all(|share| *share == 0.0), "{hydraulics}");
-        assert!(told[29].sections.iter().all(|(_, share)| (share - 1.0).abs() < 1e-12), "the valves are open");
+        assert!(
+            told[29].flow_l_s < 1e-6 && told[29].nozzles.iter().all(|share| *share == 0.0),
+            "{hydraulics}"
+        );
+        assert!(
+            told[29].sections.iter().all(|(_, share)| (share - 1.0).abs() < 1e-12),
+            "the valves are open"
+        );
         if hydraulics.is_empty() {
             assert!((told[29].pulses - 30.0).abs() < 1e-6, "{}", told[29].pulses);
         } else {
