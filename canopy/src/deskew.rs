@@ -10,6 +10,7 @@ use rowscan_protocol::angle::BeamGrid;
 use crate::advance::Weighted;
 use crate::beam_line::{BeamLine, KeptBeams};
 use crate::geometry::{BeamTable, Frame};
+use crate::looks::MOST_GRIDS;
 use crate::parameters::AreaForm;
 
 /// Lines kept at most. A tractor that creeps has its lines put upright over less than all of its reach.
@@ -18,8 +19,8 @@ const MOST_LINES: usize = 2000;
 /// Puts lines upright, as far behind the newest as beams reach ahead.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Deskew {
-    table: BeamTable,
-    grid: BeamGrid,
+    /// One a grid: turns of an interlaced scan have several.
+    tables: Vec<BeamTable>,
     reach_m: f64,
     lines: VecDeque<Line>,
     /// The first that has not been given.
@@ -31,6 +32,7 @@ pub(crate) struct Deskew {
 #[derive(Clone, Debug)]
 struct Line {
     at: Weighted,
+    grid: BeamGrid,
     beams: KeptBeams,
 }
 
@@ -46,22 +48,33 @@ impl Deskew {
         if !(at.weight_m > 0.0 && at.y_m.is_finite()) {
             return;
         }
-        if line.grid != self.grid {
-            self.flush(row);
-            self.grid = line.grid;
-            self.table.update(line.grid, frame, AreaForm::Midpoint);
-            let shifts = self.table.beams().iter().flatten().map(|beam| beam.shift_m.abs());
-            self.reach_m = shifts.fold(0.0, f64::max);
+        if !self.tables.iter().any(|table| table.grid() == line.grid) {
+            self.look(frame, line.grid, row);
         }
         let mut kept = self.spare.pop().unwrap_or_default();
         kept.keep(line);
-        self.lines.push_back(Line { at, beams: kept });
+        self.lines.push_back(Line { at, grid: line.grid, beams: kept });
         while let Some(next) = self.lines.get(self.next) {
             if next.at.y_m + self.reach_m > at.y_m && self.lines.len() < MOST_LINES {
                 break;
             }
             self.give(row);
         }
+    }
+
+    /// A grid that is new. Turns of an interlaced scan begin elsewhere, with the same step; other grids are of another scan mode.
+    fn look(&mut self, frame: &Frame, grid: BeamGrid, row: &mut dyn FnMut(&BeamLine<'_>, Weighted)) {
+        let other_mode = self.tables.iter().any(|table| table.grid().step != grid.step);
+        if other_mode || self.tables.len() >= MOST_GRIDS {
+            self.flush(row);
+            self.tables.clear();
+            self.reach_m = 0.0;
+        }
+        let mut table = BeamTable::default();
+        table.update(grid, frame, AreaForm::Midpoint);
+        let shifts = table.beams().iter().flatten().map(|beam| beam.shift_m.abs());
+        self.reach_m = shifts.fold(self.reach_m, f64::max);
+        self.tables.push(table);
     }
 
     /// No more lines come.
@@ -75,27 +88,28 @@ impl Deskew {
 
     /// The next line, upright.
     fn give(&mut self, row: &mut dyn FnMut(&BeamLine<'_>, Weighted)) {
-        let Some(at) = self.lines.get(self.next).map(|line| line.at) else { return };
+        let Some((at, grid)) = self.lines.get(self.next).map(|line| (line.at, line.grid)) else { return };
         self.upright.clear();
-        let Self { lines, upright, .. } = self;
-        for (number, beam) in self.table.beams().iter().enumerate() {
+        let Self { lines, upright, tables, .. } = self;
+        // So many lines apart are those with the same beams.
+        let turns = tables.len();
+        let table = tables.iter().find(|table| table.grid() == grid);
+        for (number, beam) in table.iter().flat_map(|table| table.beams()).enumerate() {
             let own = beam.as_ref().and_then(|beam| {
                 let from_m = at.y_m - beam.shift_m;
                 let after = lines.partition_point(|line| line.at.y_m < from_m);
-                let near = [after.checked_sub(1), Some(after)]
-                    .into_iter()
-                    .flatten()
-                    .filter_map(|line| lines.get(line));
+                let near = (after.saturating_sub(turns)..after + turns).filter_map(|line| lines.get(line));
+                let near = near.filter(|line| line.grid == grid);
                 let off = |line: &Line| (line.at.y_m - from_m).abs();
                 let nearest = near.min_by(|a, b| off(a).total_cmp(&off(b)));
                 // A line that stands for this place.
-                nearest.filter(|line| off(line) <= line.at.weight_m).map(|line| &line.beams)
+                nearest.filter(|line| off(line) <= line.at.weight_m * turns as f64).map(|line| &line.beams)
             });
             let of = |list: &[f64]| list.get(number).copied().unwrap_or(f64::NAN);
             upright.range_m.push(own.map_or(f64::NAN, |beams| of(&beams.range_m)));
             upright.share.push(own.map_or(f64::NAN, |beams| of(&beams.share)));
         }
-        row(&self.upright.line(self.grid), at);
+        row(&self.upright.line(grid), at);
         self.next += 1;
         let past = |line: &Line| line.at.y_m + self.reach_m + line.at.weight_m < at.y_m;
         while self.next > 0

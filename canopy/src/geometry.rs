@@ -125,6 +125,11 @@ impl BeamTable {
         self.beams.capacity()
     }
 
+    /// The grid that it is of.
+    pub(crate) fn grid(&self) -> BeamGrid {
+        self.grid
+    }
+
     pub(crate) fn beams(&self) -> &[Option<Beam>] {
         &self.beams
     }

@@ -57,6 +57,7 @@ mod footprint;
 mod gate;
 mod geometry;
 mod leaf;
+mod looks;
 pub mod odometry;
 mod parameters;
 mod patches;

@@ -13,6 +13,7 @@ use crate::estimator::{
 };
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
 use crate::leaf::{SliceLeaf, Slices, Withheld, by_band};
+use crate::looks::Looks;
 use crate::parameters::Parameters;
 use crate::patches::Patches;
 use crate::percentile::{Histogram, TOP_SHARE};
@@ -29,6 +30,7 @@ pub(crate) struct Row {
     frame: Frame,
     parameters: Parameters,
     table: BeamTable,
+    looks: Looks,
     cut: Cut,
     open: Option<Keys>,
     voxels: Voxels,
@@ -96,6 +98,7 @@ impl Row {
             frame,
             parameters,
             table: BeamTable::default(),
+            looks: Looks::default(),
             cut,
             open: None,
             voxels: Voxels::new(&frame, rig.row_spacing_m, &parameters),
@@ -162,10 +165,12 @@ impl Row {
         if !(weight_m > 0.0 && line.y_m.is_finite()) {
             return;
         }
-        if self.table.update(grid, &self.frame, self.parameters.area_form) {
-            self.voxels.rebuild(self.table.beams(), &self.frame);
+        // Beams of turns that are interlaced lie less than a step apart: neighbours as good as those of a line.
+        if self.table.grid().step != grid.step {
             self.patches.clear();
         }
+        let how = (&self.frame, self.parameters.area_form);
+        self.looks.turn_to(grid, how, &mut self.table, &mut self.voxels);
         let keys = self.cut.keys(line.y_m);
         self.pass_borders(keys);
         self.open = Some(keys);

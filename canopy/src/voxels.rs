@@ -6,7 +6,8 @@
 
 mod paths;
 
-use self::paths::{Paths, Region};
+pub(crate) use self::paths::Paths;
+use self::paths::Region;
 use crate::beam_line::BeamLine;
 use crate::delays::Delays;
 use crate::error::PipelineError;
@@ -142,6 +143,11 @@ impl Voxels {
     /// Works out the ways of a new grid's beams.
     pub(crate) fn rebuild(&mut self, beams: &[Option<Beam>], frame: &Frame) {
         self.paths.rebuild(beams, frame, &self.region, &self.parameters);
+    }
+
+    /// Changes the ways of the beams for those of other beams, worked out before.
+    pub(crate) fn swap_paths(&mut self, paths: &mut Paths) {
+        core::mem::swap(&mut self.paths, paths);
     }
 
     /// Adds a line to the open slice. Its beams are in the order that [`rebuild`](Self::rebuild) was given; `fresh` says of

@@ -4,6 +4,7 @@ mod common;
 
 use common::*;
 use rowscan_canopy::{AreaForm, Estimate, Parameters, Pipeline};
+use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Orientation, Rig, Roof, RowSide};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 
@@ -354,4 +355,35 @@ fn rigs_that_measure_nothing_are_refused_by_key() {
     assert!(message.contains("no scanner 3"), "{message}");
     let nan = Rig { ground_clearance_m: f64::NAN, ..Rig::default() };
     assert!(Pipeline::new(Some(&nan), 0, None).is_err());
+}
+
+/// Turns of one scan mode: starts a part of a step apart, a beam less in all but the first.
+fn interlaced(turns: u32, number: u32) -> BeamGrid {
+    let later = (number % turns * 7500 / turns) as i32;
+    BeamGrid::spanning(-480_000 + later, 2_280_000, 7500)
+}
+
+#[test]
+fn interlaced_turns_of_a_wall_have_the_area_of_their_own_beams() {
+    for turns in [1, 2, 4] {
+        let rig = open_rig();
+        let (mount, lines) = (rig.scanners[0].clone(), 401);
+        let range = banded_wall(1.9);
+        let seen = |grid: BeamGrid| {
+            (0..grid.len()).filter(|b| theta(&mount, grid, *b).0.abs() < 60.2f64.to_radians()).count() as f64
+        };
+        let scans: Vec<_> = (0..lines)
+            .map(|i| line(&rig, interlaced(turns, i), 125, i, &mut |y, theta| range(y, theta)))
+            .collect();
+        let beams: f64 = (0..lines).map(|i| seen(interlaced(turns, i))).sum();
+        let step = 0.75f64.to_radians();
+        let expected = rig.speed_m_s / 125.0 * 1.9 * 2.0 * beams * (step / 2.0).sin();
+        let found = estimate(&rig, &scans);
+        assert!(relative(found.impacted_total_area_m2.unwrap(), expected) < 1e-12);
+        // The twin: an estimator that takes every turn for the first one.
+        let mut blind = scans;
+        blind.iter_mut().for_each(|scan| scan.beams.start = -480_000);
+        let found = estimate(&rig, &blind).impacted_total_area_m2.unwrap();
+        assert_eq!(relative(found, expected) > 1e-5, turns > 1, "{turns} turns: {found}");
+    }
 }

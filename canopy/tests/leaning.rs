@@ -5,6 +5,7 @@ mod common;
 
 use common::*;
 use rowscan_canopy::Estimate;
+use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Rig};
 use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
 
@@ -28,9 +29,10 @@ impl Board {
 }
 
 /// Lines of a scanner that really sits as `really`, 8 m at 1 m/s.
-fn drive_past(board: &Board, really: &Mount) -> Vec<Scan> {
-    let (grid, axes) = (lms511(), really.attitude().axes());
+fn drive_past(board: &Board, really: &Mount, grid: impl Fn(u32) -> BeamGrid) -> Vec<Scan> {
+    let axes = really.attitude().axes();
     let line = |number: u32| {
+        let grid = grid(number);
         let y_m = f64::from(number) * 0.02 + really.offset_y_m;
         let ranges = (0..grid.len()).map(|beam| {
             let (sin, cos) = really.theta_deg(grid.angle_deg(beam)).to_radians().sin_cos();
@@ -92,7 +94,7 @@ fn a_board_has_its_area_where_it_stands_however_the_scanner_sits() {
         (-8.0, 9.0, 3.0, 0.2),
     ] {
         let mount = Mount { yaw_deg, pitch_deg, roll_deg, offset_y_m, ..level() };
-        let found = believing(&mount, &drive_past(&board, &mount));
+        let found = believing(&mount, &drive_past(&board, &mount, |_| lms511()));
         let (by_metre, area_m2) = (metres(&found), impacted_a_metre(&mount));
         // Half a line at either side, half a beam above and below.
         assert!((by_metre[3] / area_m2 - 1.0).abs() < 0.025, "{mount:?}: {by_metre:?}");
@@ -105,13 +107,13 @@ fn a_board_has_its_area_where_it_stands_however_the_scanner_sits() {
 fn a_yaw_that_is_not_believed_shifts_the_board_by_its_tangent() {
     let board = Board { y_m: [3.0, 3.5] };
     let really = Mount { yaw_deg: 8.0, ..level() };
-    let by_metre = metres(&believing(&level(), &drive_past(&board, &really)));
+    let by_metre = metres(&believing(&level(), &drive_past(&board, &really, |_| lms511())));
     // It is met when the scanner is so far behind.
     let shift_m = AWAY_M * 8f64.to_radians().tan();
     let before = shift_m / 0.5;
     let found = by_metre[2] / by_metre.iter().sum::<f64>();
     assert!((found - before).abs() < 0.03, "{found}, expected {before}");
-    let believed = metres(&believing(&really, &drive_past(&board, &really)));
+    let believed = metres(&believing(&really, &drive_past(&board, &really, |_| lms511())));
     assert!(believed[2] < 0.03 * believed[3], "{believed:?}");
 }
 
@@ -119,7 +121,7 @@ fn a_yaw_that_is_not_believed_shifts_the_board_by_its_tangent() {
 fn a_pitch_that_is_not_believed_smears_the_board_by_height() {
     let board = Board { y_m: [3.0, 4.0] };
     let really = Mount { pitch_deg: 12.0, ..level() };
-    let by_metre = metres(&believing(&level(), &drive_past(&board, &really)));
+    let by_metre = metres(&believing(&level(), &drive_past(&board, &really, |_| lms511())));
     // At height z it is met z tan(pitch) later: that share of its metre leaves it.
     let (sin, cos) = 12f64.to_radians().sin_cos();
     let [top, bottom] = [ABOVE_M, -BELOW_M].map(|height_m| (height_m / (AWAY_M * cos)).atan());
@@ -135,7 +137,7 @@ fn a_pitch_that_is_not_believed_smears_the_board_by_height() {
 fn a_roll_that_is_not_believed_lifts_the_board() {
     let board = Board { y_m: [1.0, 7.0] };
     let really = Mount { roll_deg: 4.0, ..level() };
-    let scans = drive_past(&board, &really);
+    let scans = drive_past(&board, &really, |_| lms511());
     let rig =
         |mount: Mount| Rig { tree_spacing_m: Some(8.0), trees: Some(1), scanners: vec![mount], ..open_rig() };
     let height = |mount: Mount| estimate(&rig(mount), &scans).trees[0].height_m.unwrap();
@@ -145,4 +147,22 @@ fn a_roll_that_is_not_believed_lifts_the_board() {
     let (wrong, right) = (1.6 + range_m * top.sin(), 1.6 + ABOVE_M);
     assert!((height(level()) - wrong).abs() < 0.03, "{} {wrong}", height(level()));
     assert!((height(really.clone()) - right).abs() < 0.03, "{} {right}", height(really));
+}
+
+#[test]
+fn interlaced_turns_are_put_upright_as_others_are() {
+    let mount = Mount { yaw_deg: 12.0, pitch_deg: 3.0, ..Mount::default() };
+    let board = Board { y_m: [2.3, 4.6] };
+    let whole = drive_past(&board, &mount, |_| BeamGrid::spanning(-480_000, 2_280_000, 7500));
+    let whole = metres(&believing(&mount, &whole));
+    for turns in [2, 4] {
+        let grid = |number: u32| {
+            BeamGrid::spanning(-480_000 + (number % turns * 7500 / turns) as i32, 2_280_000, 7500)
+        };
+        let found = metres(&believing(&mount, &drive_past(&board, &mount, grid)));
+        for (metre, (found, whole)) in found.iter().zip(&whole).enumerate() {
+            assert!((found - whole).abs() < 0.04, "{turns} turns, metre {metre}: {found} m² for {whole} m²");
+        }
+        assert!(relative(found.iter().sum(), whole.iter().sum()) < 0.01, "{turns} turns");
+    }
 }

@@ -355,8 +355,10 @@ fn scatter_table() -> String {
         let nominal_us = 1e8 / f64::from(model.default_mode.frequency_centihz);
         let (mean, sd) = scatter.delay_mean_sd_us();
         let (from, to) = (scatter.delay_us.first(), scatter.delay_us.last());
+        // What was not recorded is all another model's.
+        let tag = scatter.period_sd_us.tag;
         page += &format!(
-            "| `{}` | {:.0} [REC] | {} | {} | {} | {:.0} [DER] | {mean:.0} [REC] | {sd:.0} [REC] | {} [REC] | {} [REC] | {} |\n",
+            "| `{}` | {:.0} {tag} | {} | {} | {} | {:.0} [DER] | {mean:.0} {tag} | {sd:.0} {tag} | {} {tag} | {} {tag} | {} |\n",
             model.name,
             nominal_us * (1.0 + f64::from(model.period_ppm) * 1e-6),
             scatter.period_sd_us,

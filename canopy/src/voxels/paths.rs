@@ -62,7 +62,7 @@ impl Region {
 
 /// The ways of a grid's beams through the region.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Paths {
+pub(crate) struct Paths {
     /// One a beam.
     pub(super) ways: Vec<Way>,
     pub(super) steps: Vec<Step>,

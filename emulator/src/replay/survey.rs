@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::device::DeviceEvent as Event;
 use rowscan_protocol::lms2xx::settings_reply::has_values;
 use rowscan_protocol::model::{AnyModel, MODELS, Model};
@@ -408,11 +409,12 @@ impl Part {
 fn has_beams_of(model: &Model, scan: &LmdScandata) -> bool {
     let Some(channel) = scan.channels16.first() else { return false };
     model.modes.iter().any(|mode| {
-        let beams = model.beams(*mode);
+        let turn = model.turn_of(*mode);
         let fits = |angle: i32, expected: i32| angle.abs_diff(expected) <= 10;
-        mode.frequency_centihz.abs_diff(scan.scan_frequency) <= 1
-            && mode.step == channel.step
-            && beams.len() == channel.values.len()
-            && fits(channel.start_angle, beams.start)
+        let fits =
+            |beams: BeamGrid| beams.len() == channel.values.len() && fits(channel.start_angle, beams.start);
+        turn.frequency_centihz.abs_diff(scan.scan_frequency) <= 1
+            && turn.step == channel.step
+            && model.grids(*mode).any(fits)
     })
 }

@@ -3,12 +3,13 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 
+use super::filter::Filters;
 use super::measured::{MeasuredEcho, MeasuredLine};
 use super::state::Device;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
 use crate::optics::DAZZLED_MM;
-use crate::telegram::lmd_scandatacfg::REMISSION_16_BIT;
+use crate::telegram::lmd_scandatacfg::{ANGLE_TABLE, REMISSION, REMISSION_16_BIT};
 use crate::telegram::wire::{FixedText, ShortString, Word};
 use crate::telegram::{
     Channel, Kind, LmdScandata, Position, Variable, encode_frame, fr_echo_filter, lmd_scandata,
@@ -36,7 +37,10 @@ impl Device {
         let rate = u64::from(self.settings.scan_data.output_rate.max(1));
         // Taken out while they are used, so that their buffers are used again.
         let mut filters = core::mem::take(&mut self.filters);
-        let filtered = filters.apply(self.settings.filters, line);
+        let turns = self.model.turns_a_scan(self.settings.mode);
+        filters.resize_with(turns.into(), Filters::default);
+        let of_turn = filters.get_mut((turn % u64::from(turns)) as usize);
+        let filtered = of_turn.and_then(|filters| filters.apply(self.settings.filters, line));
         let lines = self.counters.lines;
         self.counters.lines += u64::from(filtered.is_some());
         if let Some(line) = filtered.filter(|_| lines.is_multiple_of(rate)) {
@@ -96,7 +100,7 @@ impl Device {
         self.counters.telegram = scan.telegram_counter.wrapping_add(1);
         scan.scan_counter = scan_counter;
         let Self { settings, identity, .. } = &*self;
-        scan.scan_frequency = settings.mode.frequency_centihz;
+        scan.scan_frequency = self.model.turn_of(settings.mode).frequency_centihz;
         scan.encoders.clear();
         scan.encoders.extend((0..settings.scan_data.encoders.0.count_ones()).map(|_| self.encoder_reading()));
         scan.position = settings.scan_data.position.then(Position::default);
@@ -114,13 +118,19 @@ impl Device {
         let config = &self.settings.scan_data;
         let (first, beams) = self.settings.output_range.beams(line.grid);
         let echoes = || self.delivered_echoes();
-        let remission = config.remission & 1 == 1;
+        let remission = config.remission & REMISSION != 0;
         let wide = config.resolution == REMISSION_16_BIT;
         let count = echoes().count();
 
-        scan.channels16.resize_with(if remission && wide { 2 * count } else { count }, Channel::default);
+        let angles = config.remission & ANGLE_TABLE != 0;
+        let values = if remission && wide { 2 * count } else { count };
+        scan.channels16.resize_with(values + usize::from(angles), Channel::default);
         scan.channels8.resize_with(if remission && !wide { count } else { 0 }, Channel::default);
-        let (distances, wide_remissions) = scan.channels16.split_at_mut(count);
+        let (values, tables) = scan.channels16.split_at_mut(values);
+        let (distances, wide_remissions) = values.split_at_mut(count);
+        for table in tables {
+            lmd_scandata::fill_angles(table, beams);
+        }
         for (channel, echo) in distances.iter_mut().zip(echoes()) {
             let none = if echo == 0 { self.model.no_echo } else { 0 };
             let raw = |range_mm| if range_mm == 0 { none } else { range_mm };

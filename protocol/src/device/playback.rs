@@ -4,7 +4,10 @@ use crate::angle::BeamGrid;
 use crate::frame::Dialect;
 use crate::model::{Model, ScanMode};
 use crate::telegram::fr_echo_filter;
-use crate::telegram::lmd_scandatacfg::{REMISSION_8_BIT, REMISSION_16_BIT, ScanDataConfig};
+use crate::telegram::lmd_scandata::ANGLES;
+use crate::telegram::lmd_scandatacfg::{
+    ANGLE_TABLE, REMISSION, REMISSION_8_BIT, REMISSION_16_BIT, ScanDataConfig,
+};
 use crate::telegram::wire::LowHigh;
 use crate::telegram::{Channel, Kind, LmdScandata, SopasError, Telegram};
 use crate::time::SimTime;
@@ -41,7 +44,10 @@ impl Device {
             let swept = (crate::angle::exact_step_deg(channel.step) * 10_000.0 * (beams - 1) as f64) as i32;
             let cut =
                 OutputCut { start: channel.start_angle, stop: channel.start_angle.saturating_add(swept) };
-            if cut.is_within(self.model) && !cut.is_full(self.model) {
+            if cut.is_within(self.model)
+                && !cut.is_full(self.model)
+                && !self.model.has_turn(channel.start_angle, channel.values.len())
+            {
                 self.settings.output_range = cut;
             }
         }
@@ -92,7 +98,8 @@ impl Device {
         let echoes = self.settings.delivered_echoes(self.model);
         let has = |name: [u8; 5]| match name {
             [b'D', b'I', b'S', b'T', digit] => is_in(echoes, digit),
-            [b'R', b'S', b'S', b'I', digit] => wanted.remission & 1 == 1 && is_in(echoes, digit),
+            [b'R', b'S', b'S', b'I', digit] => wanted.remission & REMISSION != 0 && is_in(echoes, digit),
+            _ if name == ANGLES.0 => wanted.remission & ANGLE_TABLE != 0,
             _ => true,
         };
         scan.channels16.retain(|channel| has(channel.name.0));
@@ -140,10 +147,11 @@ fn contents(scan: &LmdScandata, known: &ScanDataConfig) -> ScanDataConfig {
         channels |= 1_u16.checked_shl(u32::from(digit.wrapping_sub(b'1'))).unwrap_or_default();
     }
     let wide = scan.channels16.iter().any(|channel| channel.name.0.starts_with(b"RSSI"));
+    let has_angles = scan.channels16.iter().any(|channel| channel.name == ANGLES);
     let narrow = scan.channels8.iter().any(|channel| channel.name.0.starts_with(b"RSSI"));
     ScanDataConfig {
         channels: LowHigh(channels.max(1)),
-        remission: u8::from(wide || narrow),
+        remission: if wide || narrow { REMISSION } else { 0 } | if has_angles { ANGLE_TABLE } else { 0 },
         resolution: match (wide, narrow) {
             (true, _) => REMISSION_16_BIT,
             (false, true) => REMISSION_8_BIT,
@@ -170,8 +178,8 @@ impl Settings {
             // Of Compact telegrams with one echo nobody can tell which it is.
             || model.compact.is_some() && ![self.echo_filter, other.echo_filter].contains(&fr_echo_filter::ALL);
         let layers = self.layers == other.layers;
-        let remission =
-            asked.remission == 0 || (asked.remission, asked.resolution) == (sent.remission, sent.resolution);
+        let remission = asked.remission & !sent.remission == 0
+            && (asked.remission & REMISSION == 0 || asked.resolution == sent.resolution);
         let encoders = asked.encoders.0 & !sent.encoders.0 == 0
             && (asked.encoders.0 == 0 || self.encoder == other.encoder);
         let blocks = [

@@ -152,6 +152,11 @@ impl OutputCut {
         self.start <= model.start_angle + EDGE_TOLERANCE && self.stop >= model.stop_angle - EDGE_TOLERANCE
     }
 
+    /// True if it leaves beams in every turn of this mode.
+    pub(super) fn has_beams(&self, model: &Model, mode: ScanMode) -> bool {
+        model.grids(mode).all(|grid| !self.beams(grid).1.is_empty())
+    }
+
     /// The beams of `full` inside the cut: index of the first, and their grid. Beams are taken away, never moved.
     pub(super) fn beams(&self, full: BeamGrid) -> (usize, BeamGrid) {
         let step = full.step_deg() * PER_DEGREE;

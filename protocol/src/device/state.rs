@@ -132,7 +132,8 @@ pub struct Device {
     pub(super) host_dialect: Option<Dialect>,
     pub(super) clock: Clock,
     pub(super) lines: Lines,
-    pub(super) filters: Filters,
+    /// One for the turns of each start: beams of others lie elsewhere.
+    pub(super) filters: Vec<Filters>,
     pub(super) ticks: TickCounter,
     /// How often mEEwriteall has saved.
     pub(super) saves: u32,
@@ -185,7 +186,7 @@ impl Device {
             host_dialect: None,
             clock: Clock::new(&Options::default(), model),
             lines: Lines::new(model),
-            filters: Filters::default(),
+            filters: Vec::new(),
             ticks: TickCounter::default(),
             saves: 0,
             counters,
@@ -259,9 +260,9 @@ impl Device {
             Profile::Field => self.model.period_ppm,
         };
         Mirror {
-            frequency_centihz: mode.frequency_centihz,
+            frequency_centihz: self.model.turn_of(mode).frequency_centihz,
             period_ppm,
-            beams: self.model.beams(mode),
+            beams: self.model.beams_of_turn(mode, self.counters.turns),
             suppresses_fog: self.settings.suppression.code == ms_suppmode::FOG,
             layer_centideg: self.layer_of_turn(self.counters.turns),
         }

@@ -26,6 +26,8 @@ pub(super) const LMS1XX: Model = Model {
     default_mode: mode(50, 5000),
     min_range_m: 0.05,
     max_range_m: 20.0,
+    turn: None,
+    angle_table: false,
     no_echo: 0,
     optics: optics::LMS1XX,
     layers: &[0],

@@ -3,8 +3,10 @@
 mod any;
 mod compact;
 mod family;
+mod interlace;
 mod layer;
 mod lms100;
+mod lms1000;
 mod lms111;
 mod lms151;
 mod lms500;
@@ -49,6 +51,7 @@ pub static MODELS: &[&Model] = &[
     &tim781::TIM781,
     &tim781s::TIM781S,
     &mrs1000::MRS1000,
+    &lms1000::LMS1000,
 ];
 
 /// The models that send their scans as Compact telegrams over UDP out of the box, and speak CoLa besides.
@@ -93,13 +96,8 @@ pub const ALL_EVIDENCE: &[&str] = &[
 ];
 
 /// Models that are left out, and why.
-pub const NOT_MODELLED: &[(&str, &str)] = &[
-    (
-        "LMS1000",
-        "its finer scan modes are interlaced (0.375° and 0.1875°: a telegram a turn, the first of a sequence with one beam more, by its manual) and its beams need the ANGL1 channel, whose contents are in no public source; neither is emulated",
-    ),
-    ("multiScan165, LRS4000", "`decode` reads their telegrams; nothing sends them"),
-];
+pub const NOT_MODELLED: &[(&str, &str)] =
+    &[("multiScan165, LRS4000", "`decode` reads their telegrams; nothing sends them")];
 
 /// Everything that makes one scanner differ from another. Data only; the device reads it.
 #[derive(Debug)]
@@ -130,6 +128,10 @@ pub struct Model {
     pub min_range_m: f64,
     /// Farthest range the device reports, metres.
     pub max_range_m: f64,
+    /// What the mirror does in every mode, where the finer modes are interlaced of such turns.
+    pub turn: Option<ScanMode>,
+    /// LMDscandatacfg takes bit 1 of the remission: scans carry a table of angles, [`ANGLES`](crate::telegram::lmd_scandata::ANGLES).
+    pub angle_table: bool,
     /// What a beam without an echo reads, raw.
     pub no_echo: u16,
     /// What light does in it.
@@ -319,6 +321,7 @@ const fn mode(frequency_hz: u32, step: u16) -> ScanMode {
 /// assert_eq!(names("LMS10x_FieldEval V1.36-21.10.2010"), ["lms111", "lms100", "lms151"]);
 /// assert_eq!(names("TiM781S V3.13"), ["tim781s"]);
 /// assert_eq!(names("MRS1xxxx 1.0.0.0R"), ["mrs1000"]);
+/// assert_eq!(names("LMS1000 2.2.1.0R"), ["lms1000"]);
 /// ```
 pub fn by_ident(ident: &str) -> impl Iterator<Item = &'static Model> + Clone {
     let ident = ident.trim();
@@ -340,7 +343,7 @@ pub fn by_ident(ident: &str) -> impl Iterator<Item = &'static Model> + Clone {
 }
 
 impl Model {
-    /// The full beam grid in a scan mode.
+    /// The full beam grid in a scan mode; of an interlaced one, the beams of all its turns.
     pub fn beams(&self, mode: ScanMode) -> BeamGrid {
         BeamGrid::spanning(self.start_angle, self.stop_angle, mode.step)
     }

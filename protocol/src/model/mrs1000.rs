@@ -5,7 +5,7 @@ use core::time::Duration;
 use super::family::LMS1XX;
 use super::{DigitalLines, Evaluations, Model, StartUp, Times, mode, optics, scatters};
 
-pub(super) static MRS1000: Model = Model {
+pub(super) const MRS1000: Model = Model {
     name: "mrs1000",
     title: "MRS1000",
     ident_name: "MRS1xxxx",

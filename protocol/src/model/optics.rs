@@ -113,6 +113,9 @@ pub(super) const TIM: Optics = Optics {
 /// Of an MRS1000 neither.
 pub(super) const MRS1000: Optics = PICOSCAN;
 
+/// Nor of an LMS1000.
+pub(super) const LMS1000: Optics = PICOSCAN;
+
 /// Of a picoScan no public measurement was at hand: an LMS1xx's numbers, all of them assumed.
 pub(super) const PICOSCAN: Optics = Optics {
     wavelength_nm: Fact::assumed(905.0),

@@ -57,3 +57,21 @@ pub(super) const MRS1000: Scatter = Scatter {
         65087, 65120, 65154, 65231, 65346, 65408, 65511,
     ],
 };
+
+/// None was recorded: an LMS1xx's, about the one time of transmission that a telegram in a manual tells.
+pub(super) const LMS1000: Scatter = Scatter {
+    period_sd_us: Fact::assumed(LMS1XX.period_sd_us.value),
+    lag_1: Fact::assumed(LMS1XX.lag_1.value),
+    lag_2: Fact::assumed(LMS1XX.lag_2.value),
+    delay_us: later(LMS1XX.delay_us, 26_525),
+    ..LMS1XX
+};
+
+const fn later(mut delay_us: [u16; 21], by_us: u16) -> [u16; 21] {
+    let mut place = 0;
+    while place < delay_us.len() {
+        delay_us[place] += by_us;
+        place += 1;
+    }
+    delay_us
+}

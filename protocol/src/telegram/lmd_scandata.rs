@@ -254,6 +254,22 @@ impl LmdScandata {
     }
 }
 
+/// Name of the channel with the beams' own angles, of LMS1000 and newer MRS1000: start + i · step + (raw × scale + offset), 1/10000°.
+pub const ANGLES: FixedText<5> = FixedText(*b"ANGL1");
+/// What stands for no correction there; a public client takes no table whose offset is 0.
+const NO_CORRECTION: u16 = 1 << 15;
+
+/// Fills a channel with the angles of these beams, none of them corrected.
+pub(crate) fn fill_angles(channel: &mut Channel<u16>, beams: BeamGrid) {
+    channel.name = ANGLES;
+    channel.scale = 1.0;
+    channel.offset = -f32::from(NO_CORRECTION);
+    channel.start_angle = beams.start;
+    channel.step = beams.step;
+    channel.values.clear();
+    channel.values.resize(beams.len(), NO_CORRECTION);
+}
+
 /// `DISTn` to `RSSIn`.
 fn remission_of(distance: FixedText<5>) -> FixedText<5> {
     let [.., digit] = distance.0;

@@ -33,6 +33,10 @@ impl Variable for ScanDataConfig {
     const NAME: &'static str = "LMDscandatacfg";
 }
 
+/// Bit of the remission itself.
+pub const REMISSION: u8 = 1;
+/// Bit of the table of angles beside it.
+pub const ANGLE_TABLE: u8 = 2;
 /// Remission in 8 bits.
 pub const REMISSION_8_BIT: u8 = 0;
 /// Remission in 16 bits.

@@ -22,6 +22,7 @@ mod examples;
 mod frames;
 mod last_tells;
 mod listening;
+mod lms1000;
 mod lms2xx;
 mod lms2xx_host;
 mod lms2xx_line;

@@ -130,11 +130,15 @@ fn every_value_measured_arrives_in_both_dialects_from_every_model_and_mode() {
                 assert_eq!(info.ident, format!("{} {}", model.ident_name, model.ident_version));
 
                 for turn in 0..3 {
-                    let echoes = measured(pair.device.mirror().beams.len(), model.echoes.into(), turn);
+                    let told = pair.device.mirror();
+                    let echoes = measured(told.beams.len(), model.echoes.into(), turn);
                     assert!(pair.turn(&echoes), "{} {dialect} {mode:?}", model.title);
                     let scan = pair.client.scan();
-                    assert_eq!(scan.beams, model.beams(mode));
-                    assert_eq!(scan.scan_frequency_hz, f64::from(mode.frequency_centihz) / 100.0);
+                    assert_eq!(scan.beams, told.beams);
+                    let turns = usize::from(model.turns_a_scan(mode));
+                    assert_eq!(Some(scan.beams), model.grids(mode).nth(turn % turns));
+                    let turns_hz = f64::from(mode.frequency_centihz) / 100.0 * turns as f64;
+                    assert_eq!(scan.scan_frequency_hz, turns_hz);
                     assert_eq!(usize::from(scan.telegram_counter), turn);
                     let first = model.scan_counter_restart.unwrap_or_default();
                     assert_eq!(usize::from(scan.scan_counter), usize::from(first) + turn);

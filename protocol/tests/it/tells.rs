@@ -36,7 +36,7 @@ fn what_a_model_says_of_itself_leads_back_to_it() {
             assert_eq!((other.logins, other.optics.factory_echo), (model.logins, model.optics.factory_echo));
         }
     }
-    for stranger in ["", "LMS", "TiM", "TiM240 V1", "MRS6xxxx 1.0.0.0R", "LMS4000 V1", "LMS1000 1.0", "é"] {
+    for stranger in ["", "LMS", "TiM", "TiM240 V1", "MRS6xxxx 1.0.0.0R", "LMS4000 V1", "LMS10000 1.0", "é"] {
         assert_eq!(by_ident(stranger).count(), 0, "{stranger}");
     }
 }

@@ -5,9 +5,10 @@ use alloc::vec;
 use crate::device::context::{Context, Readable, Writable};
 use crate::device::refusal::Fault;
 use crate::device::settings::{LayersSent, OutputCut};
+use crate::model::Model;
 use crate::telegram::SopasError;
 use crate::telegram::fr_echo_filter::{self, EchoFilter};
-use crate::telegram::lmd_scandatacfg::{REMISSION_16_BIT, ScanDataConfig};
+use crate::telegram::lmd_scandatacfg::{ANGLE_TABLE, REMISSION, REMISSION_16_BIT, ScanDataConfig};
 use crate::telegram::lmp_output_range::{OutputRange, Sector};
 use crate::telegram::scan_layer_filter::ScanLayerFilter;
 
@@ -28,7 +29,7 @@ impl Writable for ScanDataConfig {
         let has_echoes = self.channels.0 > 0 || model.takes_empty_echo_mask;
         let possible = has_echoes
             && self.channels.0 < echoes
-            && self.remission <= 1
+            && self.remission <= possible_remission(model)
             && self.resolution <= REMISSION_16_BIT
             && self.unit == 0
             && self.encoders.0 < 1u16 << context.device.model.encoders
@@ -39,6 +40,11 @@ impl Writable for ScanDataConfig {
         context.device.settings.scan_data = self;
         Ok(())
     }
+}
+
+/// All bits that the remission may have.
+fn possible_remission(model: &Model) -> u8 {
+    if model.angle_table { REMISSION | ANGLE_TABLE } else { REMISSION }
 }
 
 impl Readable for OutputRange {
@@ -57,7 +63,8 @@ impl Writable for OutputRange {
             return Err(Fault::OutsideOutputRange.into());
         };
         let cut = OutputCut { start, stop };
-        if !cut.is_within(context.device.model) || cut.beams(context.device.mirror().beams).1.is_empty() {
+        let model = context.device.model;
+        if !cut.is_within(model) || !cut.has_beams(model, context.device.settings.mode) {
             return Err(Fault::OutsideOutputRange.into());
         }
         context.device.settings.output_range = cut;

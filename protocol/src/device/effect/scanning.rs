@@ -74,7 +74,7 @@ pub(in crate::device) fn set_mode(device: &mut Device, config: &ScanConfig) -> u
     let mode = ScanMode { frequency_centihz: config.frequency_centihz, step };
     if device.check_mode(mode).is_ok() {
         // Of a coarser grid the output range may hold no beam.
-        if device.settings.output_range.beams(device.model.beams(mode)).1.is_empty() {
+        if !device.settings.output_range.has_beams(device.model, mode) {
             return INVALID_AREA;
         }
         switch_mode(device, mode);
