@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::flow::Flow;
 use crate::pass::Pass;
-use crate::span::{Span, Spans};
+use crate::span::{Span, Spans, total};
 pub use crate::switches::Switches;
 use crate::zones;
 
@@ -88,7 +88,7 @@ pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) 
         |times: &Spans| times.iter().map(|span| Span::new(span.from + grace_s, span.to)).collect::<Spans>();
     let of_all = rules.into_iter().map(|(rule, times)| {
         let times = later(&times);
-        let litres = flows.iter().map(|flow| flow.litres_in(&times)).sum();
+        let litres = total(flows.iter().map(|flow| flow.litres_in(&times)));
         Breach { rule, forbidden_s: times.length(), litres }
     });
     let in_zones = pass.nozzles().iter().zip(flows).map(|(nozzle, flow)| {
@@ -100,7 +100,13 @@ pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) 
     of_all.chain([Breach { rule: Rule::NoSpray, forbidden_s, litres }]).collect()
 }
 
-/// How long after `from` the last valve shut, to stay shut until `to`: 0 where none was open. None where one is still open at `to`.
+/// True if no valve was open from `from` until `to`: there was nothing to make safe.
+pub fn is_already_safe(flows: &[Flow], from: f64, to: f64) -> bool {
+    let within = Span::new(from, to);
+    flows.iter().all(|flow| flow.open.iter().all(|span| span.common(within).is_none()))
+}
+
+/// How long after `from` the last valve shut, to stay shut until `to`: 0 where [`is_already_safe`]. None where one is still open at `to`.
 pub fn time_to_safe_s(flows: &[Flow], from: f64, to: f64) -> Option<f64> {
     let within = Span::new(from, to);
     let open = flows.iter().flat_map(|flow| flow.open.iter().filter_map(|span| span.common(within)));

@@ -1,8 +1,10 @@
 //! The sprayer of a scenario: its boom, how its commands are heard on a bus, what a run of it did, and what is expected of that.
 
+mod beside;
 mod client;
 mod judge;
 mod kept;
+
 mod machine;
 mod part;
 mod run;
@@ -11,8 +13,8 @@ mod spec;
 mod spray;
 
 pub(crate) use judge::judge;
-pub(crate) use machine::{BoomHearing, Machine};
 pub use kept::KeptError;
+pub(crate) use machine::{BoomHearing, Machine};
 pub(crate) use part::{NAME, SprayerPart};
 pub use run::{Intercepted, Relative, SprayerRun};
 pub(crate) use sensors::BoomSensors;
