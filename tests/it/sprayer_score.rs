@@ -175,10 +175,7 @@ fn the_rows_own_trees_are_told_apart_from_its_repetitions() {
         .filter(|tree| tree["repeated"] != json!(true))
         .map(|tree| tree["part"].as_str().expect("a name"))
         .collect();
-    assert!(
-        own.iter()
-            .all(|name| ["row 1, tree 0", "row 1, tree 1", "row 0, tree 0", "row 0, tree 1"].contains(name)),
-        "{own:?}"
-    );
+    // Two trees, numbered from 0; those before have numbers below, those behind from 2 on.
+    assert!(own.iter().all(|name| name.ends_with(", tree 0") || name.ends_with(", tree 1")), "{own:?}");
     assert!(trees.len() > own.len() && !own.is_empty(), "{trees:?}");
 }
