@@ -8,11 +8,8 @@ use super::frame::CanFrame;
 
 /// A control function of the rig. No I/O and no clock: simulated time is handed in, and frames come out. Each call appends the frames to send.
 pub trait ControlFunction: Debug + Send + Sync {
-    /// A bus, or another port of it, opens.
+    /// A bus, or another port of it, opens. The rig's machines have sat on it for long, on whatever clock: a claim of an address stands, and no silence is kept.
     fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>);
-
-    /// The same where it has sat on the bus for long: its claim of an address stands.
-    fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>);
 
     /// When [`ControlFunction::poll`] has something to do.
     fn next(&self) -> Option<SimTime>;

@@ -9,7 +9,7 @@ use rowscan_bench::{
     At, Bench, BenchSpec, BusSpec, DeviceSpec, Endpoint, NmeaSpec, ScannerSpec, StartState, TimeSpec,
 };
 use rowscan_bus::control_function::ControlFunction;
-use rowscan_bus::isobus::role::SectionLog;
+use rowscan_bus::isobus::role::{ClientLog, SectionLog};
 use rowscan_bus::isobus::trouble::TroubleDesk;
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{ChildClock, Lockstep, LockstepConfig};
@@ -63,6 +63,8 @@ pub(crate) struct ScenarioRig {
     pub(crate) frames: Frames,
     /// What sections of the sprayer were told, where it is a task controller's client.
     pub(crate) sections: SectionLog,
+    /// What happened to the clients of its task controller.
+    pub(crate) clients: ClientLog,
     /// What its GNSS receiver has said, if an expectation is of that.
     pub(crate) sentences: Sentences,
     /// The clock of children whose time is simulated, if there are any.
@@ -189,6 +191,7 @@ impl ScenarioRig {
             compute,
             frames,
             sections: desks.sections,
+            clients: desks.clients,
             sentences,
             child_clock,
             sprayer,
@@ -213,6 +216,8 @@ struct Desks {
     client: TroubleDesk,
     /// What is wrong with the rig's own task controller.
     server: TroubleDesk,
+    /// What happened to the clients of that one.
+    clients: ClientLog,
 }
 
 impl Desks {
@@ -224,7 +229,7 @@ impl Desks {
         (stage, tractor): (&Stage, Tractor),
     ) -> Vec<Box<dyn ControlFunction>> {
         let mut functions: Vec<Box<dyn ControlFunction>> = Vec::new();
-        functions.extend(task.map(|task| Box::new(task.role(self.server.clone())) as Box<_>));
+        functions.extend(task.map(|task| Box::new(task.role((self.clients.clone(), self.server.clone()))) as Box<_>));
         let Some((own, part)) = sprayer else { return functions };
         let boom = &own.boom;
         if own.client.is_none() && boom.drops.is_none() && boom.sensors.is_none() {

@@ -195,6 +195,8 @@ async fn drive(
     let told = record.sprayer.iter().flatten().filter_map(SprayerRun::unheeded);
     let known: Vec<String> = boom.chain(told).collect();
     record.warnings.extend(known);
+    let tasks = scenario.buses.iter().filter_map(|bus| bus.task.as_ref());
+    record.warnings.extend(tasks.flat_map(|task| task.told(&rig.clients.news())));
     let unfinished = rig.desk.unfinished();
     // Healed faults are forgotten.
     record.fault_acts = rig.desk.acts();

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use rowscan_bus::isobus::role::Role;
-use rowscan_bus::isobus::server::{TaskServer, Wishes};
+use rowscan_bus::isobus::role::{ClientLog, Role};
+use rowscan_bus::isobus::server::{News, TaskServer, What, Wishes};
 use rowscan_bus::isobus::trouble::TroubleDesk;
 use rowscan_fault_table::PartFault;
 use rowscan_faults::{Fit, Order, Part};
@@ -78,9 +78,35 @@ impl TaskSpec {
     }
 
     /// The control function that carries it out.
-    pub(crate) fn role(&self, troubles: TroubleDesk) -> Role {
+    pub(crate) fn role(&self, (log, troubles): (ClientLog, TroubleDesk)) -> Role {
         let server = Box::new(TaskServer::new(Wishes::default()));
-        Role::Server { server, task: self.0.clone(), troubles }
+        Role::Server { server, task: self.0.clone(), log, troubles }
+    }
+
+    /// What of this task could not be carried out, and what clients did not take, in words.
+    pub(crate) fn told(&self, news: &[News]) -> Vec<String> {
+        let most = self.0.iter().map(|(_, wishes)| wishes.sections.len()).max().unwrap_or(0);
+        let mut told: Vec<String> = Vec::new();
+        for News { client, what, .. } in news {
+            let words = match what {
+                What::Active { sections } if most > *sections => format!(
+                    "a step opens section {most}, and the client at 0x{client:02X} has {sections} sections: what it lacks is opened nowhere"
+                ),
+                What::Refused(error) => format!("the pool of the client at 0x{client:02X} is refused: {error}"),
+                What::NotTaken(element, ddi, reasons) => {
+                    format!("the client at 0x{client:02X} did not take DDI {ddi} of element {element} (reasons 0x{reasons:02X})")
+                }
+                What::Active { .. } | What::Lost | What::Told(_) => continue,
+            };
+            let words = format!("`task_controller`: {words}");
+            if !told.contains(&words) {
+                told.push(words);
+            }
+        }
+        if !news.iter().any(|news| matches!(news.what, What::Active { .. })) {
+            told.push("`task_controller`: no client's pool was ever in use: nobody was commanded".to_owned());
+        }
+        told
     }
 }
 
@@ -130,6 +156,19 @@ mod tests {
             (SimTime(3_000_000_000), wishes(&[])),
         ];
         assert_eq!(steps, expected);
+    }
+
+    #[test]
+    fn what_could_not_be_carried_out_is_told_once() {
+        let task = task("step = [{ at_s = 1, open = [9] }]").expect("sound");
+        let active = |sections| News { at: SimTime::ZERO, client: 0x81, what: What::Active { sections } };
+        assert!(task.told(&[active(9)]).is_empty());
+        let told = task.told(&[active(8), active(8)]);
+        assert!(matches!(&told[..], [one] if one.contains("opens section 9") && one.contains("has 8")), "{told:?}");
+        let told = task.told(&[]);
+        assert!(matches!(&told[..], [one] if one.contains("nobody was commanded")), "{told:?}");
+        let refused = News { at: SimTime::ZERO, client: 0x81, what: What::NotTaken(2, 290, 0x10) };
+        assert!(task.told(&[active(9), refused])[0].contains("DDI 290 of element 2"));
     }
 
     #[test]

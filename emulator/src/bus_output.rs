@@ -87,7 +87,7 @@ impl BusOutput {
         output
     }
 
-    /// What is said when a port opens; settled where its nodes have been on the bus for long.
+    /// What is said when a port opens; settled where the tractor has been on the bus for long.
     fn opened(&mut self, at: SimTime, settled: bool) -> Vec<(Speaker, CanFrame)> {
         let mut frames = Vec::new();
         match settled {
@@ -96,10 +96,7 @@ impl BusOutput {
         }
         let mut said: Vec<_> = frames.drain(..).map(|frame| (Speaker::Tractor, frame)).collect();
         for (place, function) in self.functions.iter_mut().enumerate() {
-            match settled {
-                true => function.open_settled(at, &mut frames),
-                false => function.open(at, &mut frames),
-            }
+            function.open(at, &mut frames);
             said.extend(frames.drain(..).map(|frame| (Speaker::Function(place), frame)));
         }
         said

@@ -318,12 +318,18 @@ impl Boom {
     /// # Errors
     /// Unknown keys, values out of range, two sections of one name or number.
     pub fn read(text: &str) -> Result<Self, BoomError> {
-        let boom: Self = from_toml(text)?;
-        boom.validate()?;
-        let told_l = boom.sensors.and_then(|sensors| sensors.tank_l);
-        match told_l {
-            Some(told_l) => boom.with_tank("sensors.tank_l", told_l),
-            None => Ok(boom),
+        from_toml::<Self>(text)?.settled()
+    }
+
+    /// The same, its values checked, with its tank where it is used.
+    ///
+    /// # Errors
+    /// The first value that is wrong.
+    pub fn settled(self) -> Result<Self, BoomError> {
+        self.validate()?;
+        match self.sensors.and_then(|sensors| sensors.tank_l) {
+            Some(tank_l) => self.with_tank("sensors.tank_l", tank_l),
+            None => Ok(self),
         }
     }
 

@@ -64,7 +64,7 @@ impl Rule {
 pub struct Breach {
     /// The rule.
     pub rule: Rule,
-    /// For how long it forbade spraying, seconds; of the nozzle that it forbade longest.
+    /// For how long it forbade spraying, seconds; of the nozzle that it forbade longest. A tractor that has not moved yet does not count as one that stands.
     pub forbidden_s: f64,
     /// Litres in that time.
     pub litres: f64,
@@ -86,10 +86,14 @@ pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) 
     ];
     let later =
         |times: &Spans| times.iter().map(|span| Span::new(span.from + grace_s, span.to)).collect::<Spans>();
+    let moved_s = moving.iter().next().map_or(f64::INFINITY, |span| span.from);
     let of_all = rules.into_iter().map(|(rule, times)| {
         let times = later(&times);
         let litres = total(flows.iter().map(|flow| flow.litres_in(&times)));
-        Breach { rule, forbidden_s: times.length(), litres }
+        // Every drive begins from a stand: it is no stop, though what is sprayed then is sprayed against the rule.
+        let stops = times.within(Span::new(moved_s, f64::INFINITY));
+        let forbidden = if rule == Rule::Standstill { &stops } else { &times };
+        Breach { rule, forbidden_s: forbidden.length(), litres }
     });
     let in_zones = pass.nozzles().iter().zip(flows).map(|(nozzle, flow)| {
         let times = later(&zones::within(boom, drive, nozzle.ahead_m));

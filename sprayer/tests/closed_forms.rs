@@ -293,6 +293,25 @@ fn what_must_not_be_sprayed_is_not_wanted() {
     assert!((wastes - 0.1).abs() < 1e-6, "a second of ten: {wastes}");
 }
 
+/// Every drive begins from a stand, which tells nothing of a controller that must shut when the tractor stops.
+#[test]
+fn the_stand_before_a_drive_is_no_stop_and_what_is_sprayed_in_it_is_forbidden() {
+    let tractor = Tractor::new(Trajectory::straight(0.0, 1.5));
+    tractor.begin(SimTime(500_000_000));
+    let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, SimTime(5_000_000_000));
+    let pass = Pass::new(boom(IDEAL), &crowns(), drive, 5);
+    let stood = |log: &[Command]| {
+        let flows = pass.flows(&log.iter().copied().collect());
+        let all = breaches(&pass, &flows, &Switches::default(), 0.0);
+        all.into_iter().find(|breach| breach.rule == Rule::Standstill).expect("a rule")
+    };
+    let never = stood(&[]);
+    assert_eq!((never.forbidden_s, never.litres), (0.0, 0.0));
+    let always = stood(&[Command { at: SimTime::ZERO, target: Target::All, duty: 1.0 }]);
+    let full_l_s: f64 = pass.nozzles().iter().map(|nozzle| nozzle.flow_l_s).sum();
+    assert!(always.forbidden_s == 0.0 && (always.litres - 0.5 * full_l_s).abs() < 1e-3 * full_l_s, "{always:?}");
+}
+
 fn any_log() -> impl Strategy<Value = Vec<(f64, u16, bool)>> {
     prop::collection::vec((0.0..9.0f64, 1u16..5, any::<bool>()), 0..40)
 }

@@ -125,7 +125,7 @@ fn sections_set_by_a_task_controller_move_as_by_our_own_message() {
     let found = judged(&scenarios.join("isobus.toml"), "none", &folder.path().join("again")).expect("Python");
     assert!(verdict(&found, "recall").2.contains(&format!("found {recall:.4}")), "{found:#?}");
     assert_eq!(kept(&folder.path().join("again")).0, theirs.0, "the same run again");
-    // What was set by DDI 290 was told by DDI 161 after the dead time: 150 ms to open, 100 ms to close.
+    // What was set by DDI 290 was told by DDI 161 after the dead time (150 ms to open, 100 ms to close), and at the second look at the valves at the latest.
     let set = process_data(&theirs.1, "0CCB91F7");
     let set: Vec<_> = set.iter().filter(|(_, data)| data[..4] == [0x23, 0, 0x22, 1]).collect();
     let told = process_data(&theirs.1, "0CCBF791");
@@ -137,7 +137,7 @@ fn sections_set_by_a_task_controller_move_as_by_our_own_message() {
         if std::mem::replace(&mut held, &data[4..]) == &data[4..] {
             continue;
         }
-        let answer = told.iter().rfind(|(told, _)| told > at && *told <= at + 151_000);
+        let answer = told.iter().rfind(|(told, _)| told > at && *told <= at + 171_000);
         assert_eq!(answer.map(|(_, told)| &told[4..]), Some(&data[4..]), "set at {at} µs");
         seen += 1;
     }
@@ -206,6 +206,122 @@ fn with_fault(scenarios: &Path, (base, end): (&str, &str), fault: &str, expect: 
     let scenario = format!("use = \"{base}\"\nend = {end}\nfault = [{fault}]\nexpect = [{expect}]\n");
     std::fs::write(&path, scenario).expect("written");
     path
+}
+
+/// When section `number` was on and off by a condensed word, microseconds.
+fn states(frames: &[(u64, Vec<u8>)], ddi: u8, number: u32) -> Vec<(u64, bool)> {
+    let mut all: Vec<(u64, bool)> = Vec::new();
+    for (at, data) in frames.iter().filter(|(_, data)| data[..4] == [0x23, 0, ddi, u8::from(ddi == 0x22)]) {
+        let word = u32::from_le_bytes([data[4], data[5], data[6], data[7]]);
+        let is_on = word >> (2 * (number - 1)) & 3 == 1;
+        if all.last().is_none_or(|(_, last)| *last != is_on) {
+            all.push((*at, is_on));
+        }
+    }
+    all
+}
+
+/// What a section was told, and what the client said that it does.
+fn told_and_done(run: &Path, number: u32) -> [Vec<(u64, bool)>; 2] {
+    [states(&process_data(run, "0CCB91F7"), 0x22, number), states(&process_data(run, "0CCBF791"), 0xA1, number)]
+}
+
+/// The rule: what the client tells is what its machine does, by the same sensors as `SectionStates` and `SprayerState`.
+#[test]
+fn faults_of_valves_show_in_what_the_client_tells() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenarios = scenarios(folder.path());
+    let kept_with = |name: &str, fault: &str| {
+        let path =
+            with_fault(&scenarios, ("isobus.toml", "{ row_m = 12 }"), fault, "{ what = \"recall\", above = 0 }");
+        let keep = folder.path().join(name);
+        judged(&path, "none", &keep).map(|_| kept(&keep).1)
+    };
+    let on = |states: &[(u64, bool)]| states.iter().any(|(_, is_on)| *is_on);
+    let Some(sound) = kept_with("sound", "") else { return };
+    let [told, done] = told_and_done(&sound, 2);
+    assert!(on(&told) && done.len() == told.len(), "{told:?} {done:?}");
+    let coil = kept_with("coil", "{ name = \"coil_open\", section = 2, at = { s = 0 } }").expect("Python");
+    let [told, done] = told_and_done(&coil, 2);
+    assert!(on(&told) && !on(&done), "no current, no spray: {told:?} {done:?}");
+    let stuck =
+        kept_with("stuck", "{ name = \"valve_stuck\", section = 2, state = \"open\", at = { s = 2 } }").expect("Python");
+    let [told, done] = told_and_done(&stuck, 2);
+    let last = |states: &[(u64, bool)]| *states.last().expect("told");
+    assert!(!last(&told).1 && last(&done).1, "it stays open: {told:?} {done:?}");
+    let swapped =
+        kept_with("swapped", "{ name = \"swapped_wires\", section = 1, with = 4, at = { s = 0 } }").expect("Python");
+    let ([told, _], [_, done]) = (told_and_done(&swapped, 1), told_and_done(&swapped, 4));
+    assert!(on(&told) && told.len() == done.len(), "section 4 does what section 1 is told: {told:?} {done:?}");
+    assert!(told.iter().zip(&done).all(|((told, _), (done, _))| (*told..told + 171_000).contains(done)), "{told:?} {done:?}");
+    let slow =
+        kept_with("slow", "{ name = \"valve_slow\", ms = 300, at = { s = 0 } }").expect("Python");
+    let [told, done] = told_and_done(&slow, 2);
+    let late = told.iter().zip(&done).skip(1).map(|((told, _), (done, _))| done - told).min();
+    assert!(late.is_some_and(|late| late > 350_000), "{told:?} {done:?}");
+}
+
+/// One tank: by the client's DDI 72 as by the boom's sensors, and dry for both, for the controller and for the score.
+#[test]
+fn the_tank_is_one_for_client_sensors_and_score() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenarios = scenarios(folder.path());
+    let boom = std::fs::read_to_string(scenarios.join("boom.toml")).expect("it is there");
+    std::fs::write(scenarios.join("tank.toml"), format!("{boom}[sensors]\npulses_per_l = 300\n")).expect("written");
+    let path = scenarios.join("dry.toml");
+    let scenario = |tank: &str| {
+        format!(
+            "use = \"isobus.toml\"\nsprayer = {{ boom = \"tank.toml\", isobus = \"can0\"{tank} }}\nexpect = [\
+             {{ what = \"recall\", below = 0.9 }}, {{ what = \"ddi\", element = 3, ddi = 72, value = 0 }}, \
+             {{ what = \"signal\", signal = \"can0:SprayerState.TankEmpty\", above = 0.5, within_s = 20, for_s = 0.5 }}]\n"
+        )
+    };
+    std::fs::write(&path, scenario(", tank_l = 0.2")).expect("written");
+    assert_says(&run_check(&path), &["`sprayer.tank_l`: expected 1 to 100000 litres, found 0.2"]);
+    std::fs::write(scenarios.join("tank.toml"), format!("{boom}[sensors]\npulses_per_l = 300\ntank_l = 0.2\n"))
+        .expect("written");
+    std::fs::write(&path, scenario(", tank_l = 2")).expect("written");
+    assert_says(&run_check(&path), &["sprayer.tank_l", "2 beside 0.2"]);
+    std::fs::write(&path, scenario("")).expect("written");
+    let keep = folder.path().join("dry");
+    let Some(found) = judged(&path, "none", &keep) else { return };
+    passes(&found);
+    let told = score(&keep, 0);
+    assert!((told["litres"].as_f64().expect("litres") - 0.2).abs() < 1e-9, "{told}");
+    assert!(told["oracle"]["recall"].as_f64() > Some(0.999), "the oracle's tank is full enough");
+    let rule = |told: &serde_json::Value| {
+        let rules = told["forbidden"].as_array().expect("rules").clone();
+        rules.into_iter().find(|rule| rule["rule"] == "tank_empty")
+    };
+    let dry = rule(&told).expect("it ran dry");
+    assert!(dry["forbidden_s"].as_f64() > Some(0.5) && dry["litres"].as_f64() == Some(0.0), "{dry}");
+}
+
+/// The rule: the rig's machines have sat on their bus for long when a drive starts, on whatever clock.
+#[test]
+fn on_a_paced_clock_the_client_listens_from_the_start_on() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenarios = scenarios(folder.path());
+    let words = std::fs::read_to_string(scenarios.join("base.toml")).expect("it is there");
+    let paced = words.lines().map(|line| match line.split_once(" = ") {
+        Some(("clock", _)) => "clock = { mode = \"paced\" }",
+        Some(("compute", _)) => "",
+        _ => line,
+    });
+    std::fs::write(scenarios.join("base.toml"), paced.collect::<Vec<_>>().join("\n")).expect("written");
+    let words = std::fs::read_to_string(scenarios.join("isobus.toml")).expect("it is there");
+    let words = words.replace(", compute = { s = 0.02 }", "");
+    let (before, _) = words.split_once("expect = [").expect("expectations");
+    let path = scenarios.join("paced.toml");
+    std::fs::write(&path, format!("{before}end = {{ row_m = 8 }}\nexpect = [{{ what = \"recall\", above = 0 }}]\n")).expect("written");
+    let keep = folder.path().join("paced");
+    let Some(_) = judged(&path, "none", &keep) else { return };
+    let (_, run) = kept(&keep);
+    // It answers the task controller's first status, and not after a silence of 6 s.
+    let status: Vec<u64> = process_data(&run, "0CCBFFF7").iter().map(|(at, _)| *at).collect();
+    let answered = process_data(&run, "0CCBF791");
+    let (first, answer) = (status.first().expect("a status"), &answered.first().expect("an answer").0);
+    assert!(answer < &(first + 2_000_000), "status {first} µs, answer {answer} µs");
 }
 
 #[test]

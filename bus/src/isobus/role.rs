@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rowscan_protocol::time::SimTime;
 
 use super::client::{SectionOrder, TaskClient};
-use super::server::{TaskServer, Wishes};
+use super::server::{News, TaskServer, What, Wishes};
 use super::trouble::TroubleDesk;
 use crate::control_function::ControlFunction;
 use crate::frame::CanFrame;
@@ -28,6 +28,26 @@ impl SectionLog {
     }
 }
 
+/// What happened to clients of the rig's task controller, but for the values that they told. Clones share it; the first few are kept.
+#[derive(Clone, Debug, Default)]
+pub struct ClientLog(Arc<Mutex<Vec<News>>>);
+
+/// The most news that are kept.
+const MOST_NEWS: usize = 256;
+
+impl ClientLog {
+    /// All so far.
+    pub fn news(&self) -> Vec<News> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn extend(&self, news: Vec<News>) {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let room = MOST_NEWS.saturating_sub(kept.len());
+        kept.extend(news.into_iter().filter(|news| !matches!(news.what, What::Told(_))).take(room));
+    }
+}
+
 /// A control function of the rig that speaks ISOBUS.
 #[derive(Debug)]
 pub enum Role {
@@ -46,6 +66,8 @@ pub enum Role {
         server: Box<TaskServer>,
         /// What it wants, and from when on.
         task: VecDeque<(SimTime, Wishes)>,
+        /// Where goes what happens to its clients.
+        log: ClientLog,
         /// What is wrong with it.
         troubles: TroubleDesk,
     },
@@ -53,13 +75,6 @@ pub enum Role {
 
 impl ControlFunction for Role {
     fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
-        match self {
-            Self::Client { client, .. } => client.open(at, out),
-            Self::Server { server, .. } => server.open(at, out),
-        }
-    }
-
-    fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         match self {
             Self::Client { client, .. } => client.open_settled(at, out),
             Self::Server { server, .. } => server.open_settled(at, out),
@@ -83,14 +98,14 @@ impl ControlFunction for Role {
                 client.poll(at, out);
                 log.extend(client.take_orders());
             }
-            Self::Server { server, task, troubles } => {
+            Self::Server { server, task, log, troubles } => {
                 server.set_trouble(troubles.now());
                 server.poll(at, out);
                 while task.front().is_some_and(|(due, _)| *due <= at) {
                     let Some((_, wishes)) = task.pop_front() else { break };
                     server.command(at, wishes, out);
                 }
-                server.take_news();
+                log.extend(server.take_news());
             }
         }
     }
@@ -102,10 +117,10 @@ impl ControlFunction for Role {
                 client.handle(at, frame, out);
                 log.extend(client.take_orders());
             }
-            Self::Server { server, troubles, .. } => {
+            Self::Server { server, log, troubles, .. } => {
                 server.set_trouble(troubles.now());
                 server.handle(at, frame, out);
-                server.take_news();
+                log.extend(server.take_news());
             }
         }
     }

@@ -164,9 +164,9 @@ fn forbidden(expect: &Expect, sprayer: &SprayerRun) -> Result {
     let (litres, forbidden_s) =
         of.fold((0.0, 0.0), |(litres, s), breach| (litres + breach.litres, s + breach.forbidden_s));
     let name = rule.map_or("any rule", Rule::name);
-    if rule.is_some() && forbidden_s <= 0.0 {
+    if forbidden_s <= 0.0 && litres <= 0.0 {
         return Err(format!(
-            "`forbidden_litres` of `{name}`: unknown: that rule never forbade spraying in this run"
+            "`forbidden_litres` of `{name}`: unknown: it never forbade spraying in this run"
         ));
     }
     let message = format!(

@@ -111,7 +111,7 @@ impl SprayerRun {
         if version != VERSION {
             return Err(content(format!("found version {version}")));
         }
-        boom.validate().map_err(|error| content(error.to_string()))?;
+        let boom = boom.settled().map_err(|error| content(error.to_string()))?;
         for file in scene.files_mut() {
             fill(file, &scene_folder)?;
         }

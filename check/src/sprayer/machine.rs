@@ -70,8 +70,6 @@ impl BoomHearing {
 impl ControlFunction for BoomHearing {
     fn open(&mut self, _at: SimTime, _out: &mut Vec<CanFrame>) {}
 
-    fn open_settled(&mut self, _at: SimTime, _out: &mut Vec<CanFrame>) {}
-
     fn next(&self) -> Option<SimTime> {
         None
     }

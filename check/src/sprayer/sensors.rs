@@ -63,10 +63,6 @@ fn compose(message: &Message, states: &States) -> Option<Payload> {
 
 impl ControlFunction for BoomSensors {
     fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
-        self.node.open(at, out);
-    }
-
-    fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         self.node.open_settled(at, out);
     }
 

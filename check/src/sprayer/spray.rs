@@ -31,10 +31,6 @@ impl ControlFunction for BoomSpray {
         self.next.get_or_insert(at + PERIOD);
     }
 
-    fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
-        self.open(at, out);
-    }
-
     fn next(&self) -> Option<SimTime> {
         self.next
     }

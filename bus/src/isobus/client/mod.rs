@@ -128,7 +128,7 @@ impl TaskClient {
     /// The same where it has sat on the bus for long: it has its address already, and its silence is over.
     pub fn open_settled(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         self.node.open_settled(at, out);
-        self.is_settled = true;
+        self.is_settled = self.address.is_none();
     }
 
     /// When [`TaskClient::poll`] has something to do.
