@@ -223,7 +223,10 @@ fn states(frames: &[(u64, Vec<u8>)], ddi: u8, number: u32) -> Vec<(u64, bool)> {
 
 /// What a section was told, and what the client said that it does.
 fn told_and_done(run: &Path, number: u32) -> [Vec<(u64, bool)>; 2] {
-    [states(&process_data(run, "0CCB91F7"), 0x22, number), states(&process_data(run, "0CCBF791"), 0xA1, number)]
+    [
+        states(&process_data(run, "0CCB91F7"), 0x22, number),
+        states(&process_data(run, "0CCBF791"), 0xA1, number),
+    ]
 }
 
 /// The rule: what the client tells is what its machine does, by the same sensors as `SectionStates` and `SprayerState`.
@@ -232,8 +235,12 @@ fn faults_of_valves_show_in_what_the_client_tells() {
     let folder = tempfile::tempdir().expect("a folder");
     let scenarios = scenarios(folder.path());
     let kept_with = |name: &str, fault: &str| {
-        let path =
-            with_fault(&scenarios, ("isobus.toml", "{ row_m = 12 }"), fault, "{ what = \"recall\", above = 0 }");
+        let path = with_fault(
+            &scenarios,
+            ("isobus.toml", "{ row_m = 12 }"),
+            fault,
+            "{ what = \"recall\", above = 0 }",
+        );
         let keep = folder.path().join(name);
         judged(&path, "none", &keep).map(|_| kept(&keep).1)
     };
@@ -245,17 +252,23 @@ fn faults_of_valves_show_in_what_the_client_tells() {
     let [told, done] = told_and_done(&coil, 2);
     assert!(on(&told) && !on(&done), "no current, no spray: {told:?} {done:?}");
     let stuck =
-        kept_with("stuck", "{ name = \"valve_stuck\", section = 2, state = \"open\", at = { s = 2 } }").expect("Python");
+        kept_with("stuck", "{ name = \"valve_stuck\", section = 2, state = \"open\", at = { s = 2 } }")
+            .expect("Python");
     let [told, done] = told_and_done(&stuck, 2);
     let last = |states: &[(u64, bool)]| *states.last().expect("told");
     assert!(!last(&told).1 && last(&done).1, "it stays open: {told:?} {done:?}");
-    let swapped =
-        kept_with("swapped", "{ name = \"swapped_wires\", section = 1, with = 4, at = { s = 0 } }").expect("Python");
+    let swapped = kept_with("swapped", "{ name = \"swapped_wires\", section = 1, with = 4, at = { s = 0 } }")
+        .expect("Python");
     let ([told, _], [_, done]) = (told_and_done(&swapped, 1), told_and_done(&swapped, 4));
-    assert!(on(&told) && told.len() == done.len(), "section 4 does what section 1 is told: {told:?} {done:?}");
-    assert!(told.iter().zip(&done).all(|((told, _), (done, _))| (*told..told + 171_000).contains(done)), "{told:?} {done:?}");
-    let slow =
-        kept_with("slow", "{ name = \"valve_slow\", ms = 300, at = { s = 0 } }").expect("Python");
+    assert!(
+        on(&told) && told.len() == done.len(),
+        "section 4 does what section 1 is told: {told:?} {done:?}"
+    );
+    assert!(
+        told.iter().zip(&done).all(|((told, _), (done, _))| (*told..told + 171_000).contains(done)),
+        "{told:?} {done:?}"
+    );
+    let slow = kept_with("slow", "{ name = \"valve_slow\", ms = 300, at = { s = 0 } }").expect("Python");
     let [told, done] = told_and_done(&slow, 2);
     let late = told.iter().zip(&done).skip(1).map(|((told, _), (done, _))| done - told).min();
     assert!(late.is_some_and(|late| late > 350_000), "{told:?} {done:?}");
@@ -267,7 +280,8 @@ fn the_tank_is_one_for_client_sensors_and_score() {
     let folder = tempfile::tempdir().expect("a folder");
     let scenarios = scenarios(folder.path());
     let boom = std::fs::read_to_string(scenarios.join("boom.toml")).expect("it is there");
-    std::fs::write(scenarios.join("tank.toml"), format!("{boom}[sensors]\npulses_per_l = 300\n")).expect("written");
+    std::fs::write(scenarios.join("tank.toml"), format!("{boom}[sensors]\npulses_per_l = 300\n"))
+        .expect("written");
     let path = scenarios.join("dry.toml");
     let scenario = |tank: &str| {
         format!(
@@ -278,8 +292,11 @@ fn the_tank_is_one_for_client_sensors_and_score() {
     };
     std::fs::write(&path, scenario(", tank_l = 0.2")).expect("written");
     assert_says(&run_check(&path), &["`sprayer.tank_l`: expected 1 to 100000 litres, found 0.2"]);
-    std::fs::write(scenarios.join("tank.toml"), format!("{boom}[sensors]\npulses_per_l = 300\ntank_l = 0.2\n"))
-        .expect("written");
+    std::fs::write(
+        scenarios.join("tank.toml"),
+        format!("{boom}[sensors]\npulses_per_l = 300\ntank_l = 0.2\n"),
+    )
+    .expect("written");
     std::fs::write(&path, scenario(", tank_l = 2")).expect("written");
     assert_says(&run_check(&path), &["sprayer.tank_l", "2 beside 0.2"]);
     std::fs::write(&path, scenario("")).expect("written");
@@ -313,7 +330,11 @@ fn on_a_paced_clock_the_client_listens_from_the_start_on() {
     let words = words.replace(", compute = { s = 0.02 }", "");
     let (before, _) = words.split_once("expect = [").expect("expectations");
     let path = scenarios.join("paced.toml");
-    std::fs::write(&path, format!("{before}end = {{ row_m = 8 }}\nexpect = [{{ what = \"recall\", above = 0 }}]\n")).expect("written");
+    std::fs::write(
+        &path,
+        format!("{before}end = {{ row_m = 8 }}\nexpect = [{{ what = \"recall\", above = 0 }}]\n"),
+    )
+    .expect("written");
     let keep = folder.path().join("paced");
     let Some(_) = judged(&path, "none", &keep) else { return };
     let (_, run) = kept(&keep);

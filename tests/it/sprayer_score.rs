@@ -79,7 +79,7 @@ fn what_a_score_does_not_know_and_what_it_was_not_told_is_said() {
             said(json!({ "nozzle": 99 }), 0.5),
             said(json!({ "section": 8 }), 0.0),
         ];
-        commands(run).splice(0..0, more);
+        commands(run).extend(more);
     });
     let ended = score(&[text(&lacking)]);
     assert_eq!(ended.code, Some(0));
@@ -109,25 +109,30 @@ fn a_run_beside_says_what_differs_and_has_all_rows_of_either() {
     let same = beside(&file);
     assert_eq!((json_of(&same)["differences"].clone(), same.code), (json!([]), Some(0)));
     assert!(!same.stderr.contains("differ"), "{}", same.stderr);
-    // Another controller only.
-    let late = changed(folder.path(), "late", &whole, |run| {
-        for command in commands(run) {
-            command["t_ns"] = json!(command["t_ns"].as_u64().expect("a time") + 200_000_000);
-        }
-    });
-    let ended = beside(&late);
-    let told = json_of(&ended);
-    assert_eq!(told["differences"], json!([]), "{}", ended.stderr);
-    // 200 ms more: all edges lag, by as much as the best ones were off and 0.2 s; none leads.
-    let row = |of: &Value| of["edges"][0].clone();
-    let (own, other) = (row(&told), row(&told["beside"]));
-    assert_eq!(other["lead"]["edges"], 0, "{other}");
-    assert!(
-        other["lag"]["edges"].as_u64() > Some(0) && other["lag"]["p50_s"].as_f64() > Some(0.15),
-        "{other}"
-    );
-    assert!(other["lag"]["worst_m"].as_f64() >= other["lag"]["p50_m"].as_f64());
-    assert!(own["lead"]["edges"].as_u64() > Some(0), "the reference controller opens a little before: {own}");
+    // Another controller only, 200 ms later or sooner: all edges lag, or all lead, by that and what the reference controller was off.
+    for (name, sooner_ns, later_ns, way, none) in
+        [("late", 0, 200_000_000, "lag", "lead"), ("soon", 200_000_000, 0, "lead", "lag")]
+    {
+        let other = changed(folder.path(), name, &whole, |run| {
+            for command in commands(run) {
+                let t_ns = command["t_ns"].as_u64().expect("a time");
+                command["t_ns"] = json!((t_ns + later_ns).saturating_sub(sooner_ns));
+            }
+        });
+        let ended = beside(&other);
+        let told = json_of(&ended);
+        assert_eq!(told["differences"], json!([]), "{}", ended.stderr);
+        let edges = &told["beside"]["edges"][0];
+        let number = |key: &str| edges[way][key].as_f64().unwrap_or_else(|| panic!("{way} {key}: {edges}"));
+        assert_eq!(edges[none]["edges"], 0, "{edges}");
+        assert!(
+            number("edges") > 0.0 && number("p50_s") > 0.15 && number("worst_m") >= number("p50_m"),
+            "{edges}"
+        );
+        assert!((number("p50_m") / number("p50_s") - 1.5).abs() < 0.01, "at 1.5 m/s: {edges}");
+        let signed = edges["p50_s"].as_f64().expect("a median");
+        assert_eq!(signed > 0.0, way == "lag", "{edges}");
+    }
 
     // Another seed, boom and speed are said, each by its key.
     let other = changed(folder.path(), "other", &whole, |run| {
