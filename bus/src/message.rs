@@ -86,6 +86,11 @@ impl Signal {
         value.is_finite() && (self.raw_min()..=self.raw_max()).contains(&self.nearest(value))
     }
 
+    /// True of a value other than 0 whose nearest step is 0.
+    pub fn rounds_to_none(&self, value: f64) -> bool {
+        value != 0.0 && value.is_finite() && self.nearest(value) == self.nearest(0.0)
+    }
+
     /// Raw bits of a value, to the nearest step, held within what can be said.
     fn raw(&self, value: Option<f64>) -> u64 {
         let Some(value) = value.filter(|value| value.is_finite()) else { return self.missing() };

@@ -1,5 +1,6 @@
 //! Scenarios tried one after the other, with each of their seeds.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -52,7 +53,7 @@ pub struct CheckError {
 }
 
 /// Tries scenarios, each seed on its own; `tell` hears of each that is done. Blocks; children die with the calling thread. When `cancelled`
-/// turns true it ends, its children with it, and gives what is done.
+/// turns true it ends, its children with it, and gives what is done, with the scenario that ran and those whose turn had not come as not judged.
 ///
 /// # Errors
 /// No runtime, or no folder for the runs.
@@ -70,9 +71,12 @@ pub fn check(
     let root = options.keep.clone().unwrap_or_else(|| temporary.path().to_owned());
     let root = std::path::absolute(root).map_err(failed("name a folder"))?;
     let mut all = Vec::new();
-    runtime.block_on(async {
+    // Scenarios whose turn has come.
+    let begun = Cell::new(0);
+    let is_cancelled = runtime.block_on(async {
         let work = async {
             for (number, path) in scenarios.iter().enumerate() {
+                begun.set(number + 1);
                 let folder = root.join(format!("{:02}-{}", options.before + number + 1, name_of(path)));
                 if !try_seeds(path, options, &folder, &mut all, tell).await {
                     break;
@@ -80,11 +84,19 @@ pub fn check(
             }
         };
         tokio::select! {
-            () = work => {}
+            () = work => false,
             // The sender may go: then nobody cancels.
-            () = async { if cancelled.wait_for(|cancelled| *cancelled).await.is_err() { std::future::pending().await } } => {}
+            () = async { if cancelled.wait_for(|cancelled| *cancelled).await.is_err() { std::future::pending().await } } => true,
         }
     });
+    if is_cancelled {
+        let (begun, others) = scenarios.split_at(begun.get().min(scenarios.len()));
+        let open = begun.last().map(|path| Tried::interrupted(path)).into_iter();
+        for tried in open.chain(others.iter().map(|path| Tried::not_begun(path))) {
+            tell(&tried);
+            all.push(tried);
+        }
+    }
     Ok(all)
 }
 

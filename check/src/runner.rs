@@ -10,6 +10,7 @@ use rowscan_files::OutputFile;
 use rowscan_ports::clock::{Stopwatch, rest, within};
 use rowscan_ports::task;
 use rowscan_protocol::time::SimTime;
+use rowscan_sprayer::overlap::overlaps;
 use tokio::task::JoinSet;
 
 use crate::child::{self, Child, Start};
@@ -190,6 +191,10 @@ async fn drive(
     record.longest_compute = rig.compute.longest();
     (record.frames, record.sentences) = (rig.frames.close(), rig.sentences.close());
     record.sprayer = sprayed(scenario, &rig, record);
+    let boom = scenario.sprayer.iter().filter_map(|spec| overlaps(&spec.boom));
+    let told = record.sprayer.iter().flatten().filter_map(SprayerRun::unheeded);
+    let known: Vec<String> = boom.chain(told).collect();
+    record.warnings.extend(known);
     let tasks = scenario.buses.iter().filter_map(|bus| bus.task.as_ref());
     record.warnings.extend(tasks.flat_map(|task| task.told(&rig.clients.news())));
     let unfinished = rig.desk.unfinished();

@@ -95,9 +95,29 @@ pub struct Tried {
 impl Tried {
     /// A scenario that did not come to run, and why.
     pub fn unjudged(scenario: &Path, why: &str) -> Self {
+        Self::of_one(scenario, "the scenario is sound", Verdict::Error, why)
+    }
+
+    /// A scenario that was being tried when all was told to end.
+    pub fn interrupted(scenario: &Path) -> Self {
+        let why = "interrupted: told to end while it ran, so nothing of it is judged";
+        Self::of_one(scenario, "it runs to its end", Verdict::Error, why)
+    }
+
+    /// A scenario whose turn had not come when all was told to end.
+    pub fn not_begun(scenario: &Path) -> Self {
+        Self::of_one(
+            scenario,
+            "it runs to its end",
+            Verdict::Skipped,
+            "not begun: told to end before its turn",
+        )
+    }
+
+    fn of_one(scenario: &Path, name: &str, verdict: Verdict, why: &str) -> Self {
         let case = Case {
-            name: "the scenario is sound".to_owned(),
-            verdict: Verdict::Error,
+            name: name.to_owned(),
+            verdict,
             message: why.to_owned(),
             t_s: None,
             row_m: None,

@@ -4,10 +4,11 @@ use rowscan_protocol::time::SimTime;
 use serde::{Deserialize, Serialize};
 
 use crate::boom::Boom;
+use crate::hydraulics::Regulator;
 use crate::valve::Step;
 
 /// Whom a command is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Target {
     /// All nozzles.
@@ -35,6 +36,38 @@ pub struct Command {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CommandLog(Vec<Command>);
 
+/// Commands that open a part which the boom lacks: nothing follows from them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Unheeded {
+    /// The part.
+    pub target: Target,
+    /// How many commands.
+    pub commands: usize,
+}
+
+/// What a boom has that commands can name.
+struct Parts {
+    nozzles: usize,
+    numbers: Vec<u16>,
+    has_regulator: bool,
+}
+
+impl Parts {
+    fn of(boom: &Boom) -> Self {
+        let has_regulator = boom.hydraulics.is_some_and(|keys| keys.regulator == Regulator::Commanded);
+        Self { nozzles: boom.nozzles().len(), numbers: boom.numbers().collect(), has_regulator }
+    }
+
+    fn have(&self, target: Target) -> bool {
+        match target {
+            Target::All => true,
+            Target::Section(number) => self.numbers.contains(&number),
+            Target::Nozzle(number) => usize::from(number) < self.nozzles,
+            Target::Regulator => self.has_regulator,
+        }
+    }
+}
+
 impl FromIterator<Command> for CommandLog {
     fn from_iter<T: IntoIterator<Item = Command>>(commands: T) -> Self {
         let mut commands: Vec<Command> = commands.into_iter().collect();
@@ -57,13 +90,22 @@ impl CommandLog {
 
     /// True if a command names a nozzle or section of the boom.
     pub fn reaches(&self, boom: &Boom) -> bool {
-        let (nozzles, numbers) = (boom.nozzles().len(), boom.numbers().collect::<Vec<u16>>());
-        self.0.iter().any(|command| match command.target {
-            Target::All => true,
-            Target::Section(number) => numbers.contains(&number),
-            Target::Nozzle(number) => usize::from(number) < nozzles,
-            Target::Regulator => false,
-        })
+        let parts = Parts::of(boom);
+        self.0.iter().any(|command| command.target != Target::Regulator && parts.have(command.target))
+    }
+
+    /// Commands that open a part which the boom lacks, by part, in their order. To shut what is not there is no mistake: messages have room for more sections than booms have.
+    pub fn unheeded(&self, boom: &Boom) -> Vec<Unheeded> {
+        let parts = Parts::of(boom);
+        let mut found: Vec<Unheeded> = Vec::new();
+        for command in self.0.iter().filter(|command| command.duty > 0.0 && !parts.have(command.target)) {
+            match found.iter_mut().find(|unheeded| unheeded.target == command.target) {
+                Some(unheeded) => unheeded.commands += 1,
+                None => found.push(Unheeded { target: command.target, commands: 1 }),
+            }
+        }
+        found.sort_by_key(|unheeded| unheeded.target);
+        found
     }
 
     /// The duty of every nozzle over time, shut before the first step; the boom's watchdog closes all when nothing is heard for too long.
@@ -201,6 +243,27 @@ mod tests {
         assert!(reach(Target::Nozzle(0)) && reach(Target::Nozzle(2)));
         assert!(!reach(Target::Section(2)) && !reach(Target::Nozzle(3)));
         assert!(!CommandLog::default().reaches(&boom("")));
+    }
+
+    #[test]
+    fn what_opens_a_part_that_is_not_there_is_counted_and_nothing_else() {
+        let log: CommandLog = [
+            command(1.0, Target::Section(9), 1.0),
+            command(2.0, Target::Section(9), 0.5),
+            command(2.5, Target::Section(8), 0.0),
+            command(3.0, Target::Nozzle(99), 1.0),
+            command(4.0, Target::Regulator, 0.4),
+            command(5.0, Target::All, 1.0),
+            command(6.0, Target::Section(7), 1.0),
+            command(7.0, Target::Nozzle(2), 1.0),
+        ]
+        .into_iter()
+        .collect();
+        let unheeded = |target, commands| Unheeded { target, commands };
+        let lacking = [unheeded(Target::Section(9), 2), unheeded(Target::Nozzle(99), 1)];
+        assert_eq!(log.unheeded(&boom("")), [&lacking[..], &[unheeded(Target::Regulator, 1)]].concat());
+        let pump = "[hydraulics]\npump_l_min = 10\nregulator = \"commanded\"\n";
+        assert_eq!(log.unheeded(&boom(pump)), lacking);
     }
 
     #[test]

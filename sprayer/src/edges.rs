@@ -9,6 +9,9 @@ use crate::span::{Span, Spans};
 /// Edges farther apart than this are not one, metres driven.
 pub const MATCH_M: f64 = 0.5;
 
+/// What rounding leaves of an edge that came when it should have, seconds.
+const ON_TIME_S: f64 = 1e-9;
+
 /// From shut to open, or the other way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -67,16 +70,57 @@ pub struct EdgeSummary {
     pub spurious: usize,
     /// Median of how much too late, s; negative too soon.
     pub p50_s: Option<f64>,
-    /// 95th percentile of how much too late or too soon, s.
+    /// 95th percentile of how much too late or too soon, without its sign, s.
     pub p95_s: Option<f64>,
-    /// The most, s.
+    /// The most, without its sign, s.
     pub worst_s: Option<f64>,
     /// Median of how far too late, metres; negative too soon.
     pub p50_m: Option<f64>,
-    /// 95th percentile of how far too late or too soon, metres.
+    /// 95th percentile of how far too late or too soon, without its sign, metres.
+    pub p95_m: Option<f64>,
+    /// The most, without its sign, metres.
+    pub worst_m: Option<f64>,
+    /// The edges that came too soon: by how much, above 0.
+    pub lead: Off,
+    /// Those that came too late: by how much, above 0.
+    pub lag: Off,
+}
+
+/// How far off the edges of one sign were; all are above 0. What no edge tells is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Off {
+    /// How many edges.
+    pub edges: usize,
+    /// Median, s.
+    pub p50_s: Option<f64>,
+    /// 95th percentile, s.
+    pub p95_s: Option<f64>,
+    /// The most, s.
+    pub worst_s: Option<f64>,
+    /// Median, metres.
+    pub p50_m: Option<f64>,
+    /// 95th percentile, metres.
     pub p95_m: Option<f64>,
     /// The most, metres.
     pub worst_m: Option<f64>,
+}
+
+impl Off {
+    /// Of edges that came too late; with `sign` −1 of those that came too soon. Seconds and metres may differ in sign in reverse: time decides.
+    fn of<'a>(pairs: impl Iterator<Item = &'a EdgePair>, sign: f64) -> Self {
+        let late = pairs.filter_map(|pair| pair.late_s.zip(pair.late_m));
+        let (s, m): (Vec<f64>, Vec<f64>) =
+            late.filter(|(s, _)| s * sign > ON_TIME_S).map(|(s, m)| (s.abs(), m.abs())).unzip();
+        Self {
+            edges: s.len(),
+            p50_s: quantile(s.clone(), 0.5),
+            p95_s: quantile(s.clone(), 0.95),
+            worst_s: quantile(s, 1.0),
+            p50_m: quantile(m.clone(), 0.5),
+            p95_m: quantile(m.clone(), 0.95),
+            worst_m: quantile(m, 1.0),
+        }
+    }
 }
 
 impl Edges {
@@ -131,6 +175,8 @@ impl Edges {
             p50_m: quantile(late_m.clone(), 0.5),
             p95_m: quantile(away(&late_m), 0.95),
             worst_m: quantile(away(&late_m), 1.0),
+            lead: Off::of(chosen(), -1.0),
+            lag: Off::of(chosen(), 1.0),
         }
     }
 
@@ -234,6 +280,38 @@ mod tests {
         let late: Vec<f64> = edges.iter().map(|at| at + 0.15).collect();
         assert!(pairs(&edges, &late).iter().all(|(a, b)| a == b));
         assert_eq!(pairs(&[], &[]), []);
+    }
+
+    #[test]
+    fn lead_and_lag_are_told_apart_and_have_all_edges_that_were_not_on_time() {
+        // 100 ms too soon, 1 to 19 times 10 ms too late, one on time, one missed, one spurious; 2 m/s.
+        let late = [-0.1, 0.0].into_iter().chain((1..20).map(|n| f64::from(n) * 0.01));
+        let pair = |late_s: Option<f64>| EdgePair {
+            section: 0,
+            edge: Edge::Open,
+            wanted_s: Some(1.0),
+            delivered_s: late_s.map(|late_s| 1.0 + late_s),
+            late_s,
+            late_m: late_s.map(|late_s| late_s * 2.0),
+            speed_m_s: 2.0,
+        };
+        let spurious = EdgePair { wanted_s: None, delivered_s: Some(3.0), ..pair(None) };
+        let all = Edges(late.map(Some).chain([None]).map(pair).chain([spurious]).collect());
+        let EdgeSummary { lead, lag, wanted, missed, spurious, worst_s, .. } = all.summary(|_| true);
+        assert_eq!((wanted, missed, spurious, lead.edges, lag.edges), (22, 1, 1, 1, 19));
+        let about = |found: Option<f64>, expected: f64| (found.expect("known") - expected).abs() < 1e-12;
+        assert!(about(lead.p50_s, 0.1) && about(lead.worst_s, 0.1) && about(lead.p95_m, 0.2), "{lead:?}");
+        assert!(about(lag.p50_s, 0.10) && about(lag.p95_s, 0.19) && about(lag.worst_m, 0.38), "{lag:?}");
+        assert!(about(worst_s, 0.19), "the worst of either");
+        // All the other way round: lead and lag change places.
+        let turned = |pair: &EdgePair| EdgePair {
+            late_s: pair.late_s.map(|s| -s),
+            late_m: pair.late_m.map(|m| -m),
+            ..*pair
+        };
+        let other = Edges(all.0.iter().map(turned).collect()).summary(|_| true);
+        assert_eq!((other.lead, other.lag), (lag, lead));
+        assert_eq!(Edges::default().summary(|_| true).lag, Off::default(), "no edge, no number");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What leaves a nozzle over time, in closed form.
 
-use crate::span::{Span, Spans};
+use crate::span::{Span, Spans, total};
 
 /// A course of the flow's share of full: 0 to 1, and more while the pressure is above the nominal one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,7 +98,7 @@ impl Flow {
 
     /// What has left it in all, litres.
     pub fn litres(&self) -> f64 {
-        self.pieces.iter().map(|piece| piece.integral(piece.span)).sum::<f64>() * self.full_l_s
+        total(self.pieces.iter().map(|piece| piece.integral(piece.span))) * self.full_l_s
     }
 
     /// What has left it in these times, litres: exact.
@@ -107,8 +107,7 @@ impl Flow {
         for time in times.iter() {
             let first = self.pieces.partition_point(|piece| piece.span.to <= time.from);
             let pieces = self.pieces.iter().skip(first).take_while(|piece| piece.span.from < time.to);
-            seconds +=
-                pieces.filter_map(|piece| Some(piece.integral(piece.span.common(*time)?))).sum::<f64>();
+            seconds += total(pieces.filter_map(|piece| Some(piece.integral(piece.span.common(*time)?))));
         }
         seconds * self.full_l_s
     }

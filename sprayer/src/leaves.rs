@@ -18,6 +18,22 @@ struct Blade {
     normal: [f64; 3],
 }
 
+/// Leaf area, one-sided, m².
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Area {
+    /// All of it.
+    pub all_m2: f64,
+    /// What of it the row's own trees have; the rest is of repetitions of the row.
+    pub own_m2: f64,
+}
+
+impl std::ops::AddAssign for Area {
+    fn add_assign(&mut self, other: Self) {
+        self.all_m2 += other.all_m2;
+        self.own_m2 += other.own_m2;
+    }
+}
+
 /// The leaves of one row in one band of height. The row repeats with its period.
 #[derive(Clone, Debug)]
 pub struct BandLeaves {
@@ -84,9 +100,13 @@ impl BandLeaves {
         Spans::of(repeated).joined(1e-9).within(between)
     }
 
-    /// Leaf area between two places along the row, one-sided, m².
-    pub fn area_m2(&self, between: Span) -> f64 {
-        self.before_m2(between.to) - self.before_m2(between.from)
+    /// Leaf area between two places along the row.
+    pub fn area(&self, between: Span) -> Area {
+        let own = |y_m: f64| self.once_before_m2(y_m);
+        Area {
+            all_m2: self.before_m2(between.to) - self.before_m2(between.from),
+            own_m2: own(between.to) - own(between.from),
+        }
     }
 
     /// Leaf area before `y_m`, up to a constant.
@@ -161,13 +181,17 @@ mod tests {
         let band = BandLeaves::of(&orchard, 0, Span::new(1.0, 2.0));
         let exactly = band.wanted((0.0, 0.0), Span::new(0.0, 4.0));
         assert_eq!(spans(&exactly), [(0.0, 0.2), (1.0, 1.4), (1.8, 2.2), (3.0, 3.4), (3.8, 4.0)]);
-        assert!((band.area_m2(Span::new(0.0, 2.0)) - (0.2 + 0.2)).abs() < 1e-12);
-        assert!((band.area_m2(Span::new(1.0, 1.2)) - 0.1).abs() < 1e-12);
+        assert!((band.area(Span::new(0.0, 2.0)).all_m2 - (0.2 + 0.2)).abs() < 1e-12);
+        assert!((band.area(Span::new(1.0, 1.2)).all_m2 - 0.1).abs() < 1e-12);
         assert!(
-            (band.area_m2(Span::new(-3.9, 4.2)) - (4.0 * 0.4 + 0.05)).abs() < 1e-12,
+            (band.area(Span::new(-3.9, 4.2)).all_m2 - (4.0 * 0.4 + 0.05)).abs() < 1e-12,
             "{}",
-            band.area_m2(Span::new(-3.9, 4.2))
+            band.area(Span::new(-3.9, 4.2)).all_m2
         );
+        // The row's own trees are there once, with the leaf that reaches over its end; repetitions before and behind are not theirs.
+        let own_m2 = |from, to| band.area(Span::new(from, to)).own_m2;
+        assert!((own_m2(-3.9, 4.2) - 0.4).abs() < 1e-12 && (own_m2(0.0, 2.0) - 0.3).abs() < 1e-12);
+        assert!(own_m2(-4.0, 0.9).abs() < 1e-12 && (own_m2(2.0, 9.0) - 0.1).abs() < 1e-12);
         assert!(BandLeaves::of(&orchard, 0, Span::new(2.5, 3.0)).is_empty());
         assert!(
             BandLeaves::of(&orchard, 1, Span::new(1.0, 2.0)).is_empty()

@@ -26,6 +26,7 @@ pub mod line;
 pub mod live;
 pub mod map;
 pub mod oracle;
+pub mod overlap;
 pub mod pass;
 pub mod plumes;
 pub mod rate;

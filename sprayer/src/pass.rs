@@ -7,6 +7,7 @@ use crate::commands::CommandLog;
 use crate::drive::Drive;
 use crate::flow::Flow;
 use crate::hydraulics::{Node, Signals};
+use crate::leaves::Area;
 use crate::span::{Span, Spans};
 use crate::switches::Switches;
 use crate::tank;
@@ -198,9 +199,9 @@ impl Pass {
         (0..self.boom.sections.len()).map(of_section).collect()
     }
 
-    /// Leaf area that passes before nozzle number `number` in these times, m².
-    pub fn area_m2(&self, number: usize, times: &Spans) -> f64 {
-        self.passing.area_m2(&self.drive, number, times)
+    /// Leaf area that passes before nozzle number `number` in these times.
+    pub fn area(&self, number: usize, times: &Spans) -> Area {
+        self.passing.area(&self.drive, number, times)
     }
 
     /// Metres driven along the rows by `at`, either direction counted up.

@@ -8,10 +8,12 @@ use serde::{Deserialize, Serialize};
 use crate::flow::Flow;
 use crate::hydraulics::RateTable;
 use crate::pass::Pass;
-use crate::span::{Span, Spans};
+use crate::span::{Span, Spans, total};
 
 /// Steps that are nearer to each other are one, seconds.
 const ONE_STEP_S: f64 = 0.5;
+/// What rounding leaves between an instant and a window's end, seconds.
+const ROUNDING_S: f64 = 1e-9;
 /// A speed that changes faster is changing, m/s².
 const CHANGING_M_S2: f64 = 0.02;
 
@@ -26,14 +28,37 @@ pub struct Rate {
     pub mean: Option<f64>,
     /// Below it is the error, without its sign, in 95 of 100 windows.
     pub p95: Option<f64>,
-    /// Steps of speed and sections with windows behind them.
+    /// Steps of speed and sections that can be judged: all but `unjudged`.
     pub steps: usize,
-    /// Those after which the rate had not settled when the next step came, or the run ended.
+    /// Those after which the rate had not settled when the next step came.
     pub unsettled: usize,
-    /// From a step until the rate stays within `band`: the longest, seconds. None where one has not settled, or there was none.
+    /// Those after which it had not settled when the run ended.
+    pub unsettled_at_end: usize,
+    /// Steps that say nothing: behind them no nozzle was open for a whole window, or the next step or the run's end came
+    /// within half a second, before it had settled.
+    pub unjudged: usize,
+    /// What `settling_s` means.
+    pub settling: Settling,
+    /// From a step until the rate stays within `band`: the longest, seconds. None where `settling` is another word than `settled`.
     pub settling_s: Option<f64>,
+    /// It took at least so long, the longest, seconds; of steps that were cut short what could be seen. None where there was no step.
+    pub at_least_s: Option<f64>,
     /// How far the error went to the other side after a step, the farthest, as a share.
     pub overshoot: Option<f64>,
+}
+
+/// How the rate settled after steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Settling {
+    /// After every step; `settling_s` says how long it took.
+    Settled,
+    /// Not after each: the next step came before.
+    NotSettled,
+    /// Not after the last one: the run ended before.
+    RunEnded,
+    /// There was no step that can be judged.
+    NoStep,
 }
 
 /// The error in a window.
@@ -59,28 +84,13 @@ impl Rate {
     pub fn of(pass: &Pass, keys: &RateTable, flows: &[Flow], from_s: f64) -> Self {
         let windows = windows(pass, keys, flows, from_s);
         let steps = steps(pass, keys, flows, from_s);
-        let (mut count, mut unsettled) = (0, 0);
-        let (mut longest_s, mut overshoot) = (None::<f64>, None::<f64>);
-        for (place, step) in steps.iter().enumerate() {
-            let until = steps.get(place + 1).map_or(f64::INFINITY, |next| next.from);
-            let behind: Vec<&Window> = windows
-                .iter()
-                .filter(|window| window.span.from >= step.to && window.span.to <= until)
-                .collect();
-            let Some(last) = behind.last() else { continue };
-            count += 1;
-            let is_off = |window: &&&Window| window.error().abs() > keys.band;
-            match behind.iter().rev().find(is_off) {
-                Some(off) if off.span == last.span => unsettled += 1,
-                Some(off) => longest_s = Some(longest_s.unwrap_or(0.0).max(off.span.to - step.to)),
-                None => longest_s = Some(longest_s.unwrap_or(0.0)),
-            }
-            let side = behind.iter().find(is_off).map_or(0.0, |window| window.error().signum());
-            let beyond = behind.iter().map(|window| -side * window.error()).fold(0.0, f64::max);
-            overshoot = Some(overshoot.unwrap_or(0.0).max(beyond));
+        let mut after = After::default();
+        for step in &steps {
+            let next = steps.iter().map(|next| next.from).filter(|from| *from > step.to);
+            after.add(*step, next.reduce(f64::min), (pass.time().to, keys.band, &windows));
         }
-        let litres = windows.iter().map(|window| window.litres).sum();
-        let wanted_litres = windows.iter().map(|window| window.wanted_litres).sum();
+        let litres = total(windows.iter().map(|window| window.litres));
+        let wanted_litres = total(windows.iter().map(|window| window.wanted_litres));
         let mut errors: Vec<f64> = windows.iter().map(|window| window.error().abs()).collect();
         errors.sort_by(f64::total_cmp);
         Self {
@@ -89,10 +99,67 @@ impl Rate {
             mean: (wanted_litres > 0.0).then(|| litres / wanted_litres - 1.0),
             // The nearest rank.
             p95: errors.get((errors.len() * 95).div_ceil(100).saturating_sub(1)).copied(),
-            steps: count,
-            unsettled,
-            settling_s: longest_s.filter(|_| unsettled == 0),
-            overshoot,
+            steps: after.steps,
+            unsettled: after.unsettled,
+            unsettled_at_end: after.unsettled_at_end,
+            unjudged: after.unjudged,
+            settling: after.settling(),
+            settling_s: after.longest_s.filter(|_| after.settling() == Settling::Settled),
+            at_least_s: after.longest_s,
+            overshoot: after.overshoot,
+        }
+    }
+}
+
+/// What came after steps.
+#[derive(Default)]
+struct After {
+    steps: usize,
+    unsettled: usize,
+    unsettled_at_end: usize,
+    unjudged: usize,
+    longest_s: Option<f64>,
+    overshoot: Option<f64>,
+}
+
+impl After {
+    /// After `step`, until the next one comes at `next_s`, or the run ends.
+    fn add(&mut self, step: Span, next_s: Option<f64>, (end_s, band, windows): (f64, f64, &[Window])) {
+        let until_s = next_s.unwrap_or(end_s);
+        let is_behind = |window: &&Window| {
+            window.span.from >= step.to - ROUNDING_S && window.span.to <= until_s + ROUNDING_S
+        };
+        let behind: Vec<&Window> = windows.iter().filter(is_behind).collect();
+        let is_off = |window: &&&Window| window.error().abs() > band;
+        let (last, off) = (behind.last(), behind.iter().rev().find(is_off));
+        let longer = |longest: Option<f64>, s: f64| Some(longest.unwrap_or(0.0).max(s));
+        match (last, off) {
+            (None, _) => return self.unjudged += 1,
+            (Some(last), Some(off)) if off.span == last.span => {
+                if until_s < step.to + ONE_STEP_S {
+                    return self.unjudged += 1;
+                } else if next_s.is_some() {
+                    self.unsettled += 1;
+                } else {
+                    self.unsettled_at_end += 1;
+                }
+            }
+            _ => {}
+        }
+        self.steps += 1;
+        self.longest_s = longer(self.longest_s, off.map_or(0.0, |off| off.span.to - step.to));
+        let side = behind.iter().find(is_off).map_or(0.0, |window| window.error().signum());
+        let beyond = behind.iter().map(|window| -side * window.error()).filter(|beyond| *beyond > 0.0);
+        let beyond = beyond.fold(0.0, f64::max);
+        self.overshoot = longer(self.overshoot, beyond);
+    }
+
+    fn settling(&self) -> Settling {
+        match (self.steps, self.unsettled, self.unsettled_at_end) {
+            (0, ..) => Settling::NoStep,
+            (_, 0, 0) => Settling::Settled,
+            (_, 0, _) => Settling::RunEnded,
+            _ => Settling::NotSettled,
         }
     }
 }
@@ -120,12 +187,12 @@ pub fn windows(pass: &Pass, keys: &RateTable, flows: &[Flow], from_s: f64) -> Ve
         .collect()
 }
 
-/// Steps of speed and sections: from the first change of each to its last.
+/// Steps of sections and steps of speed, each from the first change to the last of those that follow each other closely, in the order in which they begin. A step of
+/// sections is one of its own beside a ramp of speed, and within one.
 fn steps(pass: &Pass, keys: &RateTable, flows: &[Flow], from_s: f64) -> Vec<Span> {
-    let run = pass.time();
     let edges = pass.section_open(flows);
     let edges = edges.iter().flat_map(|open| open.iter().flat_map(|span| [span.from, span.to]));
-    let mut changes: Vec<Span> = edges.map(|at| Span::new(at, at)).collect();
+    let mut speeds = Vec::new();
     for piece in pass.drive().pieces() {
         let parts = (piece.time.length() / keys.window_s).ceil().max(1.0);
         let long_s = piece.time.length() / parts;
@@ -133,13 +200,25 @@ fn steps(pass: &Pass, keys: &RateTable, flows: &[Flow], from_s: f64) -> Vec<Span
             let from = piece.time.from + f64::from(part) * long_s;
             let change = piece.along_m_s(from + long_s) - piece.along_m_s(from);
             if change.abs() > CHANGING_M_S2 * long_s {
-                changes.push(Span::new(from, from + long_s));
+                speeds.push(Span::new(from, from + long_s));
             }
         }
     }
+    let run = Span::new(from_s, pass.time().to);
+    let mut steps = joined(edges.map(|at| Span::new(at, at)).collect(), run);
+    steps.extend(joined(speeds, run));
+    steps.sort_by(|a, b| a.from.total_cmp(&b.from));
+    steps
+}
+
+/// Changes that are nearer to each other than [`ONE_STEP_S`] as one.
+fn joined(mut changes: Vec<Span>, run: Span) -> Vec<Span> {
     changes.sort_by(|a, b| a.from.total_cmp(&b.from));
     let mut steps: Vec<Span> = Vec::new();
-    for change in changes.into_iter().filter(|change| change.to >= from_s && change.from < run.to) {
+    // What is cut by the run's end is no step: nothing changes there.
+    for change in
+        changes.into_iter().filter(|change| change.to >= run.from && change.from < run.to - ROUNDING_S)
+    {
         match steps.last_mut() {
             Some(last) if change.from < last.to + ONE_STEP_S => last.to = last.to.max(change.to),
             _ => steps.push(change),

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::flow::Flow;
 use crate::pass::Pass;
-use crate::span::{Span, Spans};
+use crate::span::{Span, Spans, total};
 pub use crate::switches::Switches;
 use crate::zones;
 
@@ -89,7 +89,7 @@ pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) 
     let moved_s = moving.iter().next().map_or(f64::INFINITY, |span| span.from);
     let of_all = rules.into_iter().map(|(rule, times)| {
         let times = later(&times);
-        let litres = flows.iter().map(|flow| flow.litres_in(&times)).sum();
+        let litres = total(flows.iter().map(|flow| flow.litres_in(&times)));
         // Every drive begins from a stand: it is no stop, though what is sprayed then is sprayed against the rule.
         let stops = times.within(Span::new(moved_s, f64::INFINITY));
         let forbidden = if rule == Rule::Standstill { &stops } else { &times };
@@ -104,7 +104,13 @@ pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) 
     of_all.chain([Breach { rule: Rule::NoSpray, forbidden_s, litres }]).collect()
 }
 
-/// How long after `from` the last valve shut, to stay shut until `to`: 0 where none was open. None where one is still open at `to`.
+/// True if no valve was open from `from` until `to`: there was nothing to make safe.
+pub fn is_already_safe(flows: &[Flow], from: f64, to: f64) -> bool {
+    let within = Span::new(from, to);
+    flows.iter().all(|flow| flow.open.iter().all(|span| span.common(within).is_none()))
+}
+
+/// How long after `from` the last valve shut, to stay shut until `to`: 0 where [`is_already_safe`]. None where one is still open at `to`.
 pub fn time_to_safe_s(flows: &[Flow], from: f64, to: f64) -> Option<f64> {
     let within = Span::new(from, to);
     let open = flows.iter().flat_map(|flow| flow.open.iter().filter_map(|span| span.common(within)));

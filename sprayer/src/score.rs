@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::flow::Flow;
+use crate::leaves::Area;
 use crate::pass::Pass;
 
 /// A share of the litres that is none.
@@ -23,34 +24,43 @@ pub struct Score {
     pub wasted_litres: f64,
     /// What all nozzles at full flow would have sprayed while the tractor went ahead in its alleys.
     pub constant_litres: f64,
-    /// `constant_litres` − `litres`.
-    pub saved_litres: f64,
+    /// `constant_litres` − `litres`; none where no command was heard: a controller that is not there has saved nothing.
+    pub saved_litres: Option<f64>,
     /// Leaf area that passed before the nozzles while they were wanted, one-sided, m².
     pub wanted_area_m2: f64,
     /// What of it passed before a shut nozzle, m².
     pub missed_area_m2: f64,
+    /// What of `wanted_area_m2` is the row's own trees. A row of one alley is driven as if it repeated before its beginning and behind its end; the rest is of
+    /// these repetitions.
+    pub row_area_m2: f64,
+    /// What of `missed_area_m2` is the row's own trees.
+    pub row_missed_area_m2: f64,
+    /// `recall` of the row's own trees; none where none of their leaves passed.
+    pub row_recall: Option<f64>,
 }
 
 impl Score {
     /// The same of valves that were told nothing: how well they did is unknown.
     pub fn unheard(self) -> Self {
-        Self { recall: None, waste: None, score: None, ..self }
+        Self { recall: None, waste: None, score: None, saved_litres: None, row_recall: None, ..self }
     }
 
     /// Of what `flows`, one a nozzle, did on a pass.
     pub fn of(pass: &Pass, flows: &[Flow]) -> Self {
-        let (mut litres, mut wasted, mut wanted_m2, mut hit_m2, mut full_l_s) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let (mut litres, mut wasted, mut full_l_s) = (0.0, 0.0, 0.0);
+        let (mut wanted_area, mut hit) = (Area::default(), Area::default());
         for ((nozzle, flow), wanted) in pass.nozzles().iter().zip(flows).zip(pass.wanted()) {
             litres += flow.litres();
             wasted += flow.litres_in(&wanted.gaps(pass.time()));
-            wanted_m2 += pass.area_m2(nozzle.number, wanted);
-            hit_m2 += pass.area_m2(nozzle.number, &wanted.and(&flow.open));
+            wanted_area += pass.area(nozzle.number, wanted);
+            hit += pass.area(nozzle.number, &wanted.and(&flow.open));
             full_l_s += nozzle.flow_l_s;
         }
         // What rounding leaves where an edge is wanted when it comes.
         let wasted = if wasted < ROUNDING * litres { 0.0 } else { wasted };
         let constant_litres = full_l_s * pass.drive().going(pass.boom().standstill_m_s).length();
-        let recall = (wanted_m2 > 0.0).then(|| (hit_m2 / wanted_m2).clamp(0.0, 1.0));
+        let share = |hit_m2: f64, of_m2: f64| (of_m2 > 0.0).then(|| (hit_m2 / of_m2).clamp(0.0, 1.0));
+        let recall = share(hit.all_m2, wanted_area.all_m2);
         let waste = (litres > 0.0).then(|| (wasted / litres).clamp(0.0, 1.0));
         Self {
             recall,
@@ -59,9 +69,12 @@ impl Score {
             litres,
             wasted_litres: wasted,
             constant_litres,
-            saved_litres: constant_litres - litres,
-            wanted_area_m2: wanted_m2,
-            missed_area_m2: (wanted_m2 - hit_m2).max(0.0),
+            saved_litres: Some(constant_litres - litres),
+            wanted_area_m2: wanted_area.all_m2,
+            missed_area_m2: (wanted_area.all_m2 - hit.all_m2).max(0.0),
+            row_area_m2: wanted_area.own_m2,
+            row_missed_area_m2: (wanted_area.own_m2 - hit.own_m2).max(0.0),
+            row_recall: share(hit.own_m2, wanted_area.own_m2),
         }
     }
 }

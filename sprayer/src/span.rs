@@ -2,6 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+/// The sum of no numbers is 0; `Iterator::sum` makes it −0.
+pub(crate) fn total(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |sum, value| sum + value)
+}
+
 /// From one number to another that is not smaller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Span {
@@ -120,7 +125,7 @@ impl Spans {
 
     /// How long all are together.
     pub fn length(&self) -> f64 {
-        self.0.iter().map(|span| span.length()).sum()
+        total(self.0.iter().map(|span| span.length()))
     }
 
     /// True if one covers `at`, its beginning included and its end not.

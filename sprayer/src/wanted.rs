@@ -7,7 +7,7 @@ use rowscan_vehicle::trajectory::Alley;
 
 use crate::boom::{Boom, Nozzle, Side};
 use crate::drive::{Drive, DrivePiece};
-use crate::leaves::BandLeaves;
+use crate::leaves::{Area, BandLeaves};
 use crate::span::{Span, Spans};
 use crate::zones;
 
@@ -68,21 +68,21 @@ impl Passing {
         Spans::of(times).joined(1e-9).and(&drive.going(boom.standstill_m_s)).and(&allowed)
     }
 
-    /// Leaf area that passes before nozzle number `number` in these times, m². What passes twice counts twice.
-    pub fn area_m2(&self, drive: &Drive, number: usize, times: &Spans) -> f64 {
-        let Some(nozzle) = self.nozzles.get(number) else { return 0.0 };
-        let mut area_m2 = 0.0;
+    /// Leaf area that passes before nozzle number `number` in these times. What passes twice counts twice.
+    pub fn area(&self, drive: &Drive, number: usize, times: &Spans) -> Area {
+        let mut area = Area::default();
+        let Some(nozzle) = self.nozzles.get(number) else { return area };
         for piece in drive.pieces() {
             let Some((_, band)) = self.band(nozzle, piece) else { continue };
             let shift_m = piece.ahead() * nozzle.ahead_m;
             for part in piece.monotone() {
                 for time in times.within(part).iter() {
                     let (a, b) = (piece.y_m(time.from) + shift_m, piece.y_m(time.to) + shift_m);
-                    area_m2 += band.area_m2(Span::new(a.min(b), a.max(b)));
+                    area += band.area(Span::new(a.min(b), a.max(b)));
                 }
             }
         }
-        area_m2
+        area
     }
 
     fn band(&self, nozzle: &Nozzle, piece: &DrivePiece) -> Option<(i32, &BandLeaves)> {

@@ -5,6 +5,7 @@
 use proptest::prelude::*;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Leaf, Orchard};
+use rowscan_sprayer::rate::Settling;
 use rowscan_sprayer::safety::{Rule, Switches, breaches, time_to_safe_s};
 use rowscan_sprayer::{
     Boom, Command, CommandLog, Drive, Edge, Edges, Pass, Rate, Score, Span, Spans, Target, oracle,
@@ -155,7 +156,10 @@ fn of_a_bare_row_nothing_is_wanted_and_all_is_waste() {
         [Command { at: SimTime::ZERO, target: Target::All, duty: 1.0 }].into_iter().collect();
     let found = score(&pass, &always);
     assert_eq!((found.recall, found.score), (None, None), "no leaf: unknown, and not 0");
-    assert!((found.waste.expect("it sprays") - 1.0).abs() < 1e-12 && found.saved_litres.abs() < 1e-6);
+    assert!(
+        (found.waste.expect("it sprays") - 1.0).abs() < 1e-12
+            && found.saved_litres.is_some_and(|litres| litres.abs() < 1e-6)
+    );
     let silent = score(&pass, &CommandLog::default());
     assert_eq!((silent.waste, silent.litres), (None, 0.0));
 }
@@ -355,6 +359,49 @@ proptest! {
     }
 }
 
+/// A step of sections, a ramp of speed and the run's end, each `gap_s` behind the other, with a constant flow that is right at 1 m/s.
+#[test]
+fn every_step_is_counted_in_its_own_word() {
+    let told = |shut_s: f64, ramp_s: f64, speeds: [f64; 2], end_s: f64| {
+        let profile = SpeedProfile::builder(0.0, speeds[0])
+            .steady(ramp_s, speeds[0], 0.0)
+            .leg(1.0, speeds[1], 0.0)
+            .hold();
+        let tractor = Tractor::new(Trajectory::new(profile, Course::default(), 0.5));
+        tractor.begin(SimTime::ZERO);
+        let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, SimTime((end_s * 1e9) as u64));
+        let boom = boom_with("[rate]\nat_m_s = 1\nband = 0.1", IDEAL);
+        let keys = boom.rate.expect("a rate");
+        let pass = Pass::new(boom, &row(&[]), drive, 5);
+        let command = |s: f64, number, duty| Command {
+            at: SimTime((s * 1e9) as u64),
+            target: Target::Section(number),
+            duty,
+        };
+        let log: CommandLog =
+            [command(0.0, 1, 1.0), command(0.0, 2, 1.0), command(shut_s, 2, 0.0)].into_iter().collect();
+        Rate::of(&pass, &keys, &pass.flows(&log), 0.0)
+    };
+    let counts = |rate: &Rate| (rate.steps, rate.unsettled, rate.unsettled_at_end, rate.unjudged);
+    // At the right speed until the ramp: openings, a section that shuts, and a ramp behind which the rate is a third too low for good.
+    for (shut_s, why) in [(4.0, "far from the ramp"), (5.9, "shortly before it"), (6.5, "within it")] {
+        let rate = told(shut_s, 6.0, [1.0, 1.5], 12.0);
+        assert_eq!(rate.steps + rate.unjudged, 3, "{why}: {rate:?}");
+        assert_eq!((rate.settling, rate.settling_s), (Settling::RunEnded, None), "{why}: {rate:?}");
+    }
+    assert_eq!(counts(&told(4.0, 6.0, [1.0, 1.5], 12.0)), (3, 0, 1, 0));
+    // The run ends right behind the ramp: it says nothing, and the steps before it have settled.
+    let short = told(4.0, 6.0, [1.0, 1.5], 7.3);
+    assert_eq!((counts(&short), short.settling), ((2, 0, 0, 1), Settling::Settled), "{short:?}");
+    assert_eq!(short.settling_s, Some(0.0));
+    // Too fast from the beginning: not settled when the next step came.
+    let fast = told(4.0, 6.0, [1.5, 1.5], 12.0);
+    assert_eq!((fast.settling, fast.settling_s, fast.unsettled), (Settling::NotSettled, None, 1), "{fast:?}");
+    // Nothing is ever open for a whole window: no step can be judged, which is not the same.
+    let none = told(4.0, 6.0, [1.0, 1.0], 0.05);
+    assert_eq!((none.settling, none.settling_s, none.steps), (Settling::NoStep, None, 0), "{none:?}");
+}
+
 /// The same with a pump, and a rate that is right at 1.5 m/s.
 fn with_pump(regulator: &str) -> Boom {
     let keys = format!(
@@ -391,7 +438,10 @@ fn a_rate_is_off_by_the_roots_of_the_pressures_until_a_loop_brings_it_back() {
     let (whole, late) = rate_of("fixed", 1.5);
     assert!((late.mean.expect("it sprays") - 1.0 / 3.0).abs() < 1e-6, "{late:?}");
     assert!((late.p95.expect("it sprays") - 1.0 / 3.0).abs() < 1e-6);
-    assert_eq!((whole.steps, whole.unsettled, whole.settling_s), (2, 1, None), "{whole:?}");
+    // No step came behind the one that did not settle: the run ended, 20 s later.
+    assert_eq!((whole.steps, whole.unsettled, whole.unsettled_at_end), (2, 0, 1), "{whole:?}");
+    assert!(whole.at_least_s.is_some_and(|s| (s - 20.0).abs() < 0.11), "{whole:?}");
+    assert_eq!((whole.settling, whole.settling_s), (Settling::RunEnded, None), "{whole:?}");
     // Twice as fast, the same flow is half of what is wanted.
     let (_, fast) = rate_of("fixed", 3.0);
     assert!((fast.mean.expect("it sprays") - (2.0 / 3.0 - 1.0)).abs() < 1e-6, "{fast:?}");

@@ -10,7 +10,7 @@ use tokio::sync::watch;
 use super::check_jobs::Jobs;
 use super::check_page::CheckPage;
 use super::interrupt::Interrupt;
-use super::output::{can_be_written, print, printable, say, write_file};
+use super::output::{can_be_written, if_read, print, printable, say, write_file};
 use super::web::WebArgs;
 use super::{Failure, Format, Outcome};
 
@@ -153,7 +153,7 @@ impl Args {
                 CheckFormat::Tap => return Ok(()),
             };
             if told.is_ok() {
-                told = print(&text);
+                told = if_read(print(&text));
             }
             std::mem::replace(&mut told, Ok(()))
         };
@@ -200,7 +200,7 @@ impl Args {
     /// Writes the documents that need all verdicts.
     fn write(&self, tried: &[Tried]) -> Result<(), Failure> {
         if self.format == CheckFormat::Tap {
-            print(&report::tap(tried))?;
+            if_read(print(&report::tap(tried)))?;
         }
         let Some(path) = &self.junit else { return Ok(()) };
         write_file(path, &report::junit(tried))

@@ -74,7 +74,7 @@ async fn says_so(mut end: watch::Receiver<bool>) {
 /// Tries one scenario; its process is told to end when one of `ends` says so.
 async fn one(mut command: Command, scenario: &Path, ends: [watch::Receiver<bool>; 2]) -> Vec<Tried> {
     if ends.iter().any(|end| *end.borrow()) {
-        return Vec::new();
+        return vec![Tried::not_begun(scenario)];
     }
     command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).kill_on_drop(true);
     let unjudged = |why: String| vec![Tried::unjudged(scenario, &why)];
@@ -112,7 +112,7 @@ async fn one(mut command: Command, scenario: &Path, ends: [watch::Receiver<bool>
     };
     let status = tokio::select! {
         status = finished => status,
-        () = end => return Vec::new(),
+        () = end => return vec![Tried::interrupted(scenario)],
     };
     let tried: Result<Vec<Tried>, _> =
         told.lines().map(|line| serde_json::from_slice(line.as_bytes())).collect();

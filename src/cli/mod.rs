@@ -73,7 +73,7 @@ use rowscan_study::calibrations::ConfigError;
 
 use crate::reference::Document;
 use interrupt::Interrupt;
-use output::printable;
+use output::say;
 
 /// A virtual SICK LMS laser scanner in a virtual orchard, and the driver and canopy estimator that cannot tell it from the real thing.
 #[derive(Debug, Parser)]
@@ -412,7 +412,6 @@ fn run_command(command: Command) -> Result<Outcome, Failure> {
 
 /// Tells the user how it ended, once, and turns it into an exit code: 0 done, 1 a finding, 2 bad input, 128 and the signal's number
 /// where a signal came before the result.
-#[allow(clippy::print_stderr, reason = "the one place where an error is printed")]
 pub fn report(ended: Result<Outcome, Failure>) -> ExitCode {
     match ended {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
@@ -426,7 +425,7 @@ pub fn report(ended: Result<Outcome, Failure>) -> ExitCode {
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
         }
         Err(failure) => {
-            eprintln!("rowscan: {}", printable(&failure.to_string()));
+            say(format_args!("rowscan: {failure}"));
             ExitCode::from(failure.exit_code())
         }
     }

@@ -14,10 +14,23 @@ use serde_json::Value;
 use super::grid::{Grid, TIED};
 use super::{Failure, Format, is_closed_pipe};
 
-/// Says something to the user, beside the data.
-#[allow(clippy::print_stderr, reason = "the command line's voice")]
+/// Says something to the user, beside the data. This is the only writer to standard error: `eprintln!` panics where nobody reads any more (`2>&1 | head -1`).
 pub(super) fn say(message: impl Display) {
-    eprintln!("{}", printable(&message.to_string()));
+    say_to(&mut io::stderr().lock(), &message.to_string());
+}
+
+/// One write a message, so that lines of several processes do not mix. What nobody reads is no failure.
+fn say_to(out: &mut dyn Write, message: &str) {
+    let line = format!("{}\n", printable(message));
+    let _ = out.write_all(line.as_bytes()).and_then(|()| out.flush());
+}
+
+/// Success where nobody reads any more: of a command whose result is its exit code as well, such as a verdict.
+pub(super) fn if_read(printed: Result<(), Failure>) -> Result<(), Failure> {
+    match printed {
+        Err(Failure::Write { cause, .. }) if is_closed_pipe(&cause) => Ok(()),
+        printed => printed,
+    }
 }
 
 /// A text as a terminal may see it: control characters, which files and devices may send, are written as `\u{1b}`. Lines stay lines.
@@ -53,10 +66,7 @@ pub(super) fn print_json(format: Format, document: &dyn Serialize) -> Result<(),
 /// else. Other formats have words for it. A command that serves goes on if nobody reads its events any more.
 pub(super) fn print_event(format: Format, event: &dyn Serialize) -> Result<(), Failure> {
     match format {
-        Format::Jsonl => match print_json(format, event) {
-            Err(Failure::Write { cause, .. }) if is_closed_pipe(&cause) => Ok(()),
-            told => told,
-        },
+        Format::Jsonl => if_read(print_json(format, event)),
         Format::Json => {
             say(serde_json::to_string(event).map_err(json_failure)?);
             Ok(())
@@ -122,8 +132,14 @@ pub(super) fn head<'a>(table: &mut Grid, names: impl IntoIterator<Item = &'a str
 
 /// A right-aligned number with so many decimals; a dash where it is unknown.
 pub(super) fn number(value: Option<f64>, decimals: usize) -> Cell {
-    let text = value.map_or_else(|| "–".to_owned(), |value| format!("{value:.decimals$}"));
+    let text = value.map_or_else(|| "–".to_owned(), |value| unsigned_zero(format!("{value:.decimals$}")));
     Cell::new(text).set_alignment(CellAlignment::Right)
+}
+
+/// A number in digits; what is 0 in them has no sign.
+fn unsigned_zero(digits: String) -> String {
+    let is_zero = digits.starts_with('-') && digits.chars().all(|c| matches!(c, '-' | '0' | '.'));
+    if is_zero { digits.replacen('-', "", 1) } else { digits }
 }
 
 /// A right-aligned signed percentage of a fraction; a dash where it is unknown.
@@ -223,6 +239,34 @@ fn csv_failure(cause: csv::Error) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A pipe that nobody reads any more.
+    struct Closed;
+
+    impl Write for Closed {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Err(io::ErrorKind::BrokenPipe.into())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Err(io::ErrorKind::BrokenPipe.into())
+        }
+    }
+
+    #[test]
+    fn a_message_is_one_line_and_one_that_nobody_reads_is_lost() {
+        let mut heard = Vec::new();
+        say_to(&mut heard, "a bell\u{7}");
+        assert_eq!(String::from_utf8_lossy(&heard), "a bell\\u{7}\n");
+        say_to(&mut Closed, "nobody");
+    }
+
+    #[test]
+    fn zero_has_no_sign() {
+        let shown = |value: f64| number(Some(value), 3).content();
+        assert_eq!([-0.0, -1e-9, 0.0].map(shown), ["0.000"; 3]);
+        assert_eq!([-0.0005001, -0.25].map(shown), ["-0.001", "-0.250"]);
+    }
 
     #[test]
     fn what_a_peer_says_cannot_steer_a_terminal() {

@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use rowscan_check::{Intercepted, Relative, SprayerRun};
-use rowscan_sprayer::edges::{EdgePair, EdgeSummary};
+use rowscan_sprayer::commands::Unheeded;
+use rowscan_sprayer::edges::{EdgePair, EdgeSummary, Off};
 use rowscan_sprayer::hydraulics::Balance;
 use rowscan_sprayer::interception::Sink;
+use rowscan_sprayer::overlap::overlaps;
 use rowscan_sprayer::safety::{Breach, Rule};
 use rowscan_sprayer::{Edge, Interception, Rate, Score, map};
 use serde::Serialize;
@@ -62,9 +64,14 @@ struct Report {
     /// Where the pump's litres went; absent where the pressure is constant.
     #[serde(skip_serializing_if = "Option::is_none")]
     hydraulics: Option<Balance>,
+    /// Commands that open a part which the boom lacks.
+    unheeded: Vec<Unheeded>,
     not_modelled: Vec<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<Box<Self>>,
+    /// In what the run beside differs other than by its controller; absent without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    differences: Option<Vec<String>>,
 }
 
 /// Edges of one kind.
@@ -104,7 +111,8 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
     for (run, path) in
         [Some((&own, &args.run)), beside.as_ref().zip(args.beside.as_ref())].into_iter().flatten()
     {
-        if let Some(why) = run.unheard() {
+        // Of the first run it is the reason why there is no result.
+        if let Some(why) = run.unheard().filter(|_| !std::ptr::eq(run, &own)) {
             say(format_args!("{}: {why}", path.display()));
         }
     }
@@ -127,7 +135,14 @@ pub(super) fn tell(
     (format, picture): (Format, Option<(&Path, FigureFormat)>),
     title: &Titled,
 ) -> Result<Outcome, Failure> {
-    let report = Report { beside: beside.map(|run| Box::new(Report::of(run))), ..Report::of(run) };
+    let differences = beside.map(|other| run.differences(other));
+    for difference in differences.iter().flatten() {
+        say(format_args!("not only the controllers differ: {difference}"));
+    }
+    run.unheeded().iter().for_each(say);
+    overlaps(run.pass.boom()).iter().for_each(say);
+    let report =
+        Report { beside: beside.map(|run| Box::new(Report::of(run))), differences, ..Report::of(run) };
     match format {
         Format::Json | Format::Jsonl => print_json(format, &report)?,
         Format::Table | Format::Csv => {
@@ -139,8 +154,23 @@ pub(super) fn tell(
         write_file(path, &format.convert(drawn(run, title))?)?;
     }
     // What the run does not tell is unknown, and no result.
-    let knows = report.score.recall.is_some() && report.score.waste.is_some();
-    Ok(if knows { Outcome::Done } else { Outcome::Finding })
+    let Some(why) = unknown(run) else { return Ok(Outcome::Done) };
+    say(format_args!("no result: {why}"));
+    Ok(Outcome::Finding)
+}
+
+/// Why a score is unknown, in words; none where all are known.
+fn unknown(run: &SprayerRun) -> Option<String> {
+    let Score { recall, waste, .. } = run.score;
+    let of_scores = || match (recall, waste) {
+        (None, None) => {
+            Some("recall and waste are unknown: no leaf passed the nozzles, and nothing was sprayed")
+        }
+        (None, _) => Some("recall is unknown: no leaf passed the nozzles while they were wanted"),
+        (_, None) => Some("waste is unknown: nothing was sprayed"),
+        _ => None,
+    };
+    run.unheard().or_else(|| of_scores().map(str::to_owned))
 }
 
 fn drawn(run: &SprayerRun, Titled(title): &Titled) -> String {
@@ -197,7 +227,9 @@ impl Report {
                 .collect(),
             // Of valves that were told nothing it would say nothing of a controller.
             interception: run.unheard().is_none().then(|| run.interception().clone()),
+            unheeded: run.log.unheeded(run.pass.boom()),
             beside: None,
+            differences: None,
         }
     }
 
@@ -213,20 +245,17 @@ impl Report {
         let find = |all: &[(String, Option<f64>)], what: &str| {
             all.iter().find(|(name, _)| name == what).and_then(|(_, value)| *value)
         };
-        mine.iter()
-            .map(|(what, run)| {
-                let best = find(&oracle, what);
-                // Of others a share says nothing: of the best waste, 0, for example.
-                let share = find(&relative, what);
-                Row {
-                    what: what.clone(),
-                    run: *run,
-                    oracle: best,
-                    share_of_oracle: share,
-                    beside: find(&beside, what),
-                }
-            })
-            .collect()
+        let only_beside = beside.iter().filter(|(what, _)| mine.iter().all(|(own, _)| own != what));
+        let all = mine.iter().chain(only_beside).map(|(what, _)| what);
+        all.map(|what| Row {
+            what: what.clone(),
+            run: find(&mine, what),
+            oracle: find(&oracle, what),
+            // Of others a share says nothing: of the best waste, 0, for example.
+            share_of_oracle: find(&relative, what),
+            beside: find(&beside, what),
+        })
+        .collect()
     }
 
     fn numbers(&self) -> Vec<(String, Option<f64>)> {
@@ -234,8 +263,9 @@ impl Report {
         for EdgeRow { edge, summary, .. } in
             self.edges.iter().filter(|row| row.section.is_none() && row.from_m_s.is_none())
         {
-            let EdgeSummary { wanted, missed, spurious, p50_s, p95_s, worst_s, p50_m, p95_m, worst_m } =
-                summary;
+            let EdgeSummary {
+                wanted, missed, spurious, p50_s, p95_s, worst_s, p50_m, p95_m, worst_m, ..
+            } = summary;
             let counts = [("wanted", wanted), ("missed", missed), ("spurious", spurious)];
             all.extend(counts.map(|(name, count)| (format!("{edge}_{name}"), Some(*count as f64))));
             let ms = |value: &Option<f64>| value.map(|s| s * 1e3);
@@ -247,7 +277,23 @@ impl Report {
                 [("p50_m", p50_m), ("p95_m", p95_m), ("worst_m", worst_m)]
                     .map(|(name, value)| (format!("{edge}_{name}"), *value)),
             );
+            all.extend([("lead", summary.lead), ("lag", summary.lag)].into_iter().flat_map(|(way, off)| {
+                let Off { edges, p50_s, p95_s, worst_s, p50_m, p95_m, worst_m } = off;
+                let milli = |value: Option<f64>| value.map(|value| value * 1e3);
+                [
+                    ("edges", Some(edges as f64)),
+                    ("p50_ms", milli(p50_s)),
+                    ("p95_ms", milli(p95_s)),
+                    ("worst_ms", milli(worst_s)),
+                    ("p50_mm", milli(p50_m)),
+                    ("p95_mm", milli(p95_m)),
+                    ("worst_mm", milli(worst_m)),
+                ]
+                .map(|(name, value)| (format!("{edge}_{way}_{name}"), value))
+            }));
         }
+        let unheeded: usize = self.unheeded.iter().map(|unheeded| unheeded.commands).sum();
+        all.push(("unheeded_commands".to_owned(), Some(unheeded as f64)));
         let litres = self.forbidden.iter().map(|breach| breach.litres).sum();
         all.push(("forbidden_litres".to_owned(), Some(litres)));
         if let Some(found) = &self.interception {
@@ -255,14 +301,20 @@ impl Report {
             let constant = found.constant.off_target_share;
             all.push(("interception_off_target_share_of_constant_rate".to_owned(), constant));
         }
-        if let Some(Rate { mean, p95, settling_s, overshoot, .. }) = &self.rate {
+        if let Some(rate) = &self.rate {
+            let count = |count: usize| Some(count as f64);
             let rows = [
-                ("rate_mean_error", mean),
-                ("rate_p95_error", p95),
-                ("rate_settling_s", settling_s),
-                ("rate_overshoot", overshoot),
+                ("rate_mean_error", rate.mean),
+                ("rate_p95_error", rate.p95),
+                ("rate_settling_s", rate.settling_s),
+                ("rate_settling_at_least_s", rate.at_least_s),
+                ("rate_steps", count(rate.steps)),
+                ("rate_steps_unsettled", count(rate.unsettled)),
+                ("rate_steps_unsettled_at_end", count(rate.unsettled_at_end)),
+                ("rate_steps_unjudged", count(rate.unjudged)),
+                ("rate_overshoot", rate.overshoot),
             ];
-            all.extend(rows.map(|(name, value)| (name.to_owned(), *value)));
+            all.extend(rows.map(|(name, value)| (name.to_owned(), value)));
         }
         all.extend(self.reported_error.map(|error| ("reported_error".to_owned(), Some(error))));
         if let Some(Balance { pump_l, returned_l, hoses_l, .. }) = self.hydraulics {
@@ -304,10 +356,13 @@ fn scores(score: &Score) -> Vec<(String, Option<f64>)> {
         ("score", score.score),
         ("litres", Some(score.litres)),
         ("wasted_litres", Some(score.wasted_litres)),
-        ("saved_litres", Some(score.saved_litres)),
+        ("saved_litres", score.saved_litres),
         ("constant_litres", Some(score.constant_litres)),
         ("wanted_area_m2", Some(score.wanted_area_m2)),
         ("missed_area_m2", Some(score.missed_area_m2)),
+        ("row_area_m2", Some(score.row_area_m2)),
+        ("row_missed_area_m2", Some(score.row_missed_area_m2)),
+        ("row_recall", score.row_recall),
     ];
     all.map(|(name, value)| (name.to_owned(), value)).to_vec()
 }

@@ -188,7 +188,10 @@ fn a_signal_ends_it_with_its_code_and_what_is_done_is_in_the_junit_file() {
         assert!(killed.success());
         assert_eq!(child.wait().expect("it ends").code(), Some(code), "{signal}");
         let document = std::fs::read_to_string(&junit).expect("written");
-        assert_eq!(document.matches("<testcase ").count(), 2, "{document}");
+        // The one that is done has its two cases; the one that ran is there as not judged.
+        assert_eq!(document.matches("<testcase ").count(), 3, "{document}");
+        let (_, ran) = document.split_once("<testsuite name=\"long\"").expect("the scenario that ran");
+        assert!(ran.contains("errors=\"1\"") && ran.contains("told to end while it ran"), "{document}");
     }
 }
 

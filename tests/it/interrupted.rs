@@ -178,3 +178,49 @@ fn scans(count: u16) -> Vec<u8> {
     }
     bytes
 }
+
+/// Which readers leave before a word is written: of standard output, of standard error.
+const LEAVING: [(bool, bool); 3] = [(true, false), (false, true), (true, true)];
+
+fn left_alone(args: &[&str], (out, err): (bool, bool)) -> Option<i32> {
+    let mut child = spawn(args);
+    if out {
+        drop(child.stdout.take());
+    }
+    if err {
+        drop(child.stderr.take());
+    }
+    finish(child).code
+}
+
+#[test]
+fn no_command_panics_because_a_reader_left() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    // Its verdict is its exit code, whoever reads the words.
+    let failing = at("failing.toml");
+    let scenario = "version = 1\nscene = \"post\"\nend = { s = 0.5 }\n[[device]]\nid = \"left\"\n\
+         [[run]]\nid = \"sut\"\ncommand = [\"false\"]\n[[expect]]\nwhat = \"exit_code\"\n";
+    std::fs::write(&failing, scenario).expect("written");
+    let (broken, missing) = (at("broken.toml"), at("missing.toml"));
+    std::fs::write(&broken, "version = 1\nthere_is_no_such_key = 1\n").expect("written");
+    let heard = |args: &[&str]| run(args).code.expect("a code");
+    assert_ne!(heard(&["check", &failing]), 0);
+    for args in [
+        vec!["models"],
+        vec!["no-such-command"],
+        vec!["check", &failing],
+        vec!["check", &failing, "--format", "tap"],
+        vec!["check", &broken],
+        vec!["score", &missing],
+        vec!["orchard", "truth", &missing],
+        vec!["emulate", "post", "--tcp", "127.0.0.1:0", "--seconds", "0.2", "--format", "jsonl"],
+        vec!["demo", "post", "--format", "json"],
+    ] {
+        let code = heard(&args);
+        for leaving in LEAVING {
+            let found = left_alone(&args, leaving);
+            assert_eq!(found, Some(code), "{args:?}: stdout and stderr closed: {leaving:?}");
+        }
+    }
+}

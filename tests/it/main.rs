@@ -79,6 +79,7 @@ mod services;
 mod several_scanners;
 mod socketcan;
 mod sprayer;
+mod sprayer_score;
 mod streams;
 mod studies;
 mod study_parts;

@@ -172,6 +172,16 @@ fn frame(message: &Message, values: &[Option<f64>]) -> Result<CanFrame, String> 
             return Err(format!("expected {low} to {high}{unit} for {}, found {value}", signal.name));
         }
     }
+    for (signal, value) in message.signals.iter().zip(values) {
+        // A valve that is to open a little must not be told to shut.
+        if let Some(value) = value.filter(|value| signal.unit == "%" && signal.rounds_to_none(*value)) {
+            let step = digits(signal.scale);
+            return Err(format!(
+                "expected 0 or {step} % and more for {}, whose step is {step} %, found {value}, which would be 0",
+                signal.name
+            ));
+        }
+    }
     CanFrame::new(message.id(message.source).id(), message.encode(values).bytes())
         .ok_or_else(|| format!("{} does not fit into one frame", message.name))
 }
@@ -232,7 +242,7 @@ mod tests {
         assert_eq!(sections("S --------10\r\n"), [(9, 1.0), (10, 0.0)]);
         assert_eq!(sections("S 1------------0--\n\n"), [(1, 1.0), (14, 0.0)]);
         assert_eq!(sections(" D  3 62\n"), [(3, 0.62)]);
-        assert_eq!(sections("D 16 0.4\n"), [(16, 0.004)]);
+        assert_eq!(sections("D 16 0.4\nD 16 0.3\nD 16 0\n"), [(16, 0.004), (16, 0.004), (16, 0.0)]);
         assert_eq!(sections("S 1"), [], "a line ends with its end");
         assert_eq!(nozzle_duties(only("N 9 50\n").data()).collect::<Vec<_>>(), [(9, 0.5)]);
         assert_eq!(sprayer_control(only("R 40\n").data()), (Some(0.4), None));
@@ -289,6 +299,10 @@ mod tests {
             ("S 11111111111111111", "expected 1 to 16 of 0, 1 and - after S, found `11111111111111111`"),
             ("D 17 5", "expected a number from 1 to 16, found `17`"),
             ("D 3 101", "expected 0 to 100 % for Section3, found 101"),
+            (
+                "D 3 0.1",
+                "expected 0 or 0.4 % and more for Section3, whose step is 0.4 %, found 0.1, which would be 0",
+            ),
             ("N 251 5", "expected a number from 0 to 250, found `251`"),
             ("N 0 nan", "expected a number, found `nan`"),
             ("R -1", "expected 0 to 100 % for RegulatorOpening, found -1"),

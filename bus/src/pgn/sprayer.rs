@@ -132,7 +132,7 @@ pub const SECTION_STATES: Message = Message {
     period_ms: Some(STATES_MS),
     len: 8,
     source: SPRAYER_ADDRESS,
-    about: "how far the valves of sections 1 to 8 were open, as a mean since the last frame; 255 where the boom has no such section (proprietary B)",
+    about: "what sections 1 to 8 let through at the nominal pressure, as a mean share of full flow since the last frame: drips and blocked nozzles show; 255 where the boom has no such section (proprietary B)",
     signals: &[
         Signal { name: "Section1", ..STATE },
         Signal { name: "Section2", start: 8, ..STATE },

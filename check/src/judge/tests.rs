@@ -365,6 +365,15 @@ fn a_sprayer_is_judged_by_its_commands_and_unknown_without_any() {
         assert_eq!(judged(expect, &late), found, "{expect}");
         assert_eq!(judged(expect, &[]), Error, "{expect}: no command was ever heard");
     }
+    // Shut when it came, and to the end: there was nothing to make safe.
+    assert_eq!(
+        judged("what = \"time_to_safe_s\", after = \"early\", below = 9", &[(2.4, 1.0), (5.0, 0.0)]),
+        Error
+    );
+    assert_eq!(
+        judged("what = \"time_to_safe_s\", after = \"early\", below = 9", &[(6.5, 1.0), (7.4, 0.0)]),
+        Passed
+    );
     // One that is never shut, and one that is told to stay shut.
     assert_eq!(judged("what = \"time_to_safe_s\", after = \"early\", below = 99", &[(0.0, 1.0)]), Failed);
     assert_eq!(judged("what = \"edges\", of = \"missed\", equals = 2", &[(0.0, 0.0)]), Passed);
@@ -376,8 +385,8 @@ fn a_sprayer_is_judged_by_its_commands_and_unknown_without_any() {
 #[test]
 fn a_rate_is_judged_beside_the_speed_and_reported_litres_beside_the_true_ones() {
     let folder = tempfile::tempdir().expect("a folder");
-    let judged = |expect: &str, at_m_s: f64, reports: &[(f64, f64)]| {
-        let mut sprayer = sprayed(&[(2.0, 1.0), (7.0, 0.0)]);
+    let judged_of = |expect: &str, at_m_s: f64, reports: &[(f64, f64)], commands: &[(f64, f64)]| {
+        let mut sprayer = sprayed(commands);
         let boom = Boom {
             rate: (at_m_s > 0.0).then_some(rowscan_sprayer::hydraulics::RateTable {
                 at_m_s,
@@ -398,6 +407,9 @@ fn a_rate_is_judged_beside_the_speed_and_reported_litres_beside_the_true_ones() 
         };
         verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
     };
+    let judged = |expect: &str, at_m_s: f64, reports: &[(f64, f64)]| {
+        judged_of(expect, at_m_s, reports, &[(2.0, 1.0), (7.0, 0.0)])
+    };
     // At 1 m/s, one litre a minute is right at 1 m/s and 25 % too much where it was meant for 1.25 m/s.
     for (expect, at_m_s, found) in [
         ("what = \"rate_error\", below = 0.01", 1.0, Passed),
@@ -413,6 +425,16 @@ fn a_rate_is_judged_beside_the_speed_and_reported_litres_beside_the_true_ones() 
     ] {
         assert_eq!(judged(expect, at_m_s, &[]), found, "{expect}, {at_m_s}");
     }
+    // No step comes behind the one at 2 s: 8 s later, when the run ends, the rate has not settled. Less than 8 s is wrong, and less than 99 s unknown.
+    for (below, found) in [("7", Failed), ("99", Error)] {
+        let expect = format!("what = \"rate_error\", of = \"settling_s\", below = {below}");
+        assert_eq!(judged_of(&expect, 1.25, &[], &[(2.0, 1.0)]), found, "{expect}");
+    }
+    // Valves that nobody opens have no step.
+    assert_eq!(
+        judged_of("what = \"rate_error\", of = \"settling_s\", below = 99", 1.0, &[], &[(2.0, 0.0)]),
+        Error
+    );
     // A litre a minute for 5 s are 83 ml; the meter says 4 % more.
     let reports = [(1.0, 5.0), (4.0, 5.04), (9.0, 5.0 + 1.04 / 12.0)];
     let reported = "what = \"rate_error\", of = \"reported\"";

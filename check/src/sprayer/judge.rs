@@ -1,7 +1,8 @@
 //! What is expected of a sprayer, judged.
 
 use rowscan_protocol::time::SimTime;
-use rowscan_sprayer::safety::{Rule, time_to_safe_s};
+use rowscan_sprayer::rate::Settling;
+use rowscan_sprayer::safety::{Rule, is_already_safe, time_to_safe_s};
 use rowscan_sprayer::{Rate, Spans};
 
 use super::run::SprayerRun;
@@ -31,7 +32,9 @@ pub(crate) fn judge(expect: &Expect, asked: Sprayed, run: &RunRecord) -> Result 
     match asked {
         Sprayed::Recall => bounded(expect, score.recall, best.recall, "no leaf passed the nozzles"),
         Sprayed::Waste => bounded(expect, score.waste, best.waste, "nothing was sprayed"),
-        Sprayed::SavedLitres => bounded(expect, Some(score.saved_litres), Some(best.saved_litres), ""),
+        Sprayed::SavedLitres => {
+            bounded(expect, score.saved_litres, best.saved_litres, "no command was heard")
+        }
         Sprayed::LatencyError => latency(expect, sprayer),
         Sprayed::Edges => edges(expect, sprayer),
         Sprayed::Valves => valves(expect, sprayer, run),
@@ -130,6 +133,11 @@ fn time_to_safe(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Resul
     let end =
         run.events.iter().find(|event| event.event == over).map_or(run.ended, crate::journal::Event::at);
     let (from_s, end_s) = (from.as_secs_f64(), end.as_secs_f64());
+    if is_already_safe(&sprayer.flows, from_s, end_s) {
+        return Err(format!(
+            "`time_to_safe_s`: unknown: all valves were shut already when {after} came, and stayed so; let it come while the boom sprays"
+        ));
+    }
     let bounds = expect.bounds.words();
     Ok(match time_to_safe_s(&sprayer.flows, from_s, end_s) {
         Some(found) => Judged::holds(
@@ -190,15 +198,19 @@ fn rate_error(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result 
         "mean" => (rate()?.mean.ok_or_else(|| unknown(none_open))?, String::new()),
         "overshoot" => {
             let rate = rate()?;
-            (rate.overshoot.ok_or_else(|| unknown("no step has windows behind it"))?, told(&rate))
+            (rate.overshoot.ok_or_else(|| unknown("no step can be judged"))?, told(&rate))
         }
         "settling_s" => {
             let rate = rate()?;
-            let settled = match rate.settling_s {
-                None if rate.steps == 0 => return Err(unknown("no step has windows behind it")),
-                // It never did, which is longer than any number.
-                None => f64::INFINITY,
-                Some(found) => found,
+            let at_least_s = rate.at_least_s.ok_or_else(|| unknown("no step can be judged"))?;
+            let settled = match rate.settling {
+                // Longer than any number.
+                Settling::NotSettled => f64::INFINITY,
+                // It may have taken any longer time: unknown where that matters.
+                Settling::RunEnded if expect.bounds.hold(at_least_s) != expect.bounds.hold(f64::INFINITY) => {
+                    return Err(unknown("the run ended before the rate had settled; move `end`"));
+                }
+                _ => at_least_s,
             };
             (settled, told(&rate))
         }
@@ -209,5 +221,12 @@ fn rate_error(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result 
 }
 
 fn told(rate: &Rate) -> String {
-    format!("; {} steps, {} of them not settled when the next one came", rate.steps, rate.unsettled)
+    let Rate { steps, unsettled, unsettled_at_end, unjudged, .. } = rate;
+    let counts = [
+        (*unsettled, "not settled when the next one came"),
+        (*unsettled_at_end, "not settled when the run ended"),
+        (*unjudged, "more that say nothing: no flow behind them, or the next one or the end within 0.5 s"),
+    ];
+    let of = counts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!(", {count} {what}"));
+    format!("; {steps} steps{}", of.collect::<String>())
 }

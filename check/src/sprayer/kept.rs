@@ -123,7 +123,7 @@ impl SprayerRun {
             .collect();
         let pass = Pass::new(boom, &orchard, drive, scene.seed).with_troubles(troubles);
         let mut run = Self::judged(pass, log, orchard.into());
-        run.reports = reports;
+        (run.reports, run.scene) = (reports, Some(scene));
         Ok(run)
     }
 }

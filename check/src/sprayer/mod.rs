@@ -1,8 +1,10 @@
 //! The sprayer of a scenario: its boom, how its commands are heard on a bus, what a run of it did, and what is expected of that.
 
+mod beside;
 mod client;
 mod judge;
 mod kept;
+
 mod machine;
 mod part;
 mod run;

@@ -10,7 +10,7 @@ use rowscan_sprayer::interception::{Settings, intercept};
 use rowscan_sprayer::safety::{Breach, breaches};
 use rowscan_sprayer::{
     Command, CommandLog, Delivery, Drive, Edges, Flow, Interception, Node, Pass, Rate, Score, Span, Spans,
-    Troubles, oracle,
+    Target, Troubles, oracle,
 };
 use rowscan_vehicle::Tractor;
 use serde::{Deserialize, Serialize};
@@ -18,6 +18,9 @@ use serde::{Deserialize, Serialize};
 use super::client;
 use super::spec::SprayerSpec;
 use crate::frames::BusRecord;
+
+/// Parts that a message names, at most.
+const MOST_NAMED: usize = 8;
 
 /// A sprayer's run: all that can be said of it follows from these.
 #[derive(Clone, Debug)]
@@ -42,6 +45,8 @@ pub struct SprayerRun {
     pub rate: Option<Rate>,
     /// When the controller told how many litres it believes it has sprayed, seconds, and how many.
     pub reports: Vec<(f64, f64)>,
+    /// The scene, where it is a run that was kept.
+    pub(super) scene: Option<Scene>,
     oracle_flows: Vec<Flow>,
     orchard: Arc<Orchard>,
     /// Found when it is asked for: it takes a second and more.
@@ -126,6 +131,7 @@ impl SprayerRun {
             dry_s,
             rate,
             reports,
+            scene: None,
             orchard,
             interception,
         }
@@ -167,6 +173,24 @@ impl SprayerRun {
                 boom.nozzles().len().saturating_sub(1),
                 boom.numbers().map(|number| number.to_string()).collect::<Vec<_>>().join(", ")
             ),
+        })
+    }
+
+    /// What commands opened that the boom lacks, in words; none where every part is there.
+    pub fn unheeded(&self) -> Option<String> {
+        let of = self.log.unheeded(self.pass.boom());
+        let count: usize = of.iter().map(|unheeded| unheeded.commands).sum();
+        let parts = of.iter().map(|unheeded| match unheeded.target {
+            Target::Section(number) => format!("section {number}"),
+            Target::Nozzle(number) => format!("nozzle {number}"),
+            Target::Regulator => "the regulating valve (it takes `regulator = \"commanded\"`)".to_owned(),
+            Target::All => "all".to_owned(),
+        });
+        let parts: Vec<String> = parts.collect();
+        (count > 0).then(|| {
+            let (shown, more) = parts.split_at(parts.len().min(MOST_NAMED));
+            let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+            format!("{count} commands opened parts that the boom does not have: {}{more}", shown.join(", "))
         })
     }
 

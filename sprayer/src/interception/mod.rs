@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::boom::Nozzle;
 use crate::flow::Flow;
 use crate::pass::Pass;
-use crate::span::{Span, Spans};
+use crate::span::{Span, Spans, total};
 use bundles::{Bundle, Face};
 use organs::Ray;
 use row::{Kind, Row};
@@ -197,9 +197,9 @@ pub fn intercept(pass: &Pass, orchard: &Orchard, runs: &[&[Flow]], settings: &Se
         .collect();
     let each = all.into_iter().zip(runs);
     each.map(|((sinks, deposits), flows)| {
-        let litres: f64 = flows.iter().map(Flow::litres).sum();
+        let litres = total(flows.iter().map(Flow::litres));
         let off: f64 =
-            Sink::ALL.iter().filter(|sink| sink.is_off_target()).map(|sink| sinks.litres(*sink)).sum();
+            total(Sink::ALL.iter().filter(|sink| sink.is_off_target()).map(|sink| sinks.litres(*sink)));
         Interception {
             litres,
             sinks,

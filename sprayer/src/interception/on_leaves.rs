@@ -37,7 +37,7 @@ pub struct OnLeaves {
     pub lowest: CellDeposit,
     /// The cell that got most.
     pub highest: CellDeposit,
-    /// By tree, in the order of rows and places; in a row that repeats, trees count on.
+    /// By tree, in the order of rows and places. In a row that repeats, trees count on, and those of repetitions are marked.
     pub by_tree: Vec<PartDeposit>,
     /// By band of height.
     pub by_band: Vec<PartDeposit>,
@@ -67,6 +67,9 @@ pub struct PartDeposit {
     pub leaf_area_m2: f64,
     /// What it got, mL/m².
     pub ml_m2: f64,
+    /// True of a tree of a repetition of the row, before its beginning or behind its end.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub repeated: bool,
 }
 
 /// Leaf area, m², and litres on it.
@@ -90,7 +93,8 @@ type Cell = (i32, i64, i64);
 #[derive(Default)]
 struct Sums {
     cells: BTreeMap<Cell, Got>,
-    trees: BTreeMap<(i32, i64), Got>,
+    /// By row and tree; the tree is marked that is of a repetition.
+    trees: BTreeMap<(i32, i64, bool), Got>,
     bands: BTreeMap<i64, Got>,
     thirds: [Got; 3],
     all: Got,
@@ -135,7 +139,7 @@ impl Sums {
             let cell = (number, (y_m / CELL_M).floor() as i64, band);
             self.cells.entry(cell).or_default().add(area_m2, litres);
             self.trees
-                .entry((number, i64::from(facts.tree) + period * trees))
+                .entry((number, i64::from(facts.tree) + period * trees, period != 0))
                 .or_default()
                 .add(area_m2, litres);
             self.bands.entry(band).or_default().add(area_m2, litres);
@@ -163,7 +167,12 @@ impl Sums {
             });
             found.or(cells.last()).map_or(0.0, |(_, got)| got.ml_m2())
         };
-        let part = |part: String, got: Got| PartDeposit { part, leaf_area_m2: got.0, ml_m2: got.ml_m2() };
+        let part = |part: String, got: Got| PartDeposit {
+            part,
+            leaf_area_m2: got.0,
+            ml_m2: got.ml_m2(),
+            repeated: false,
+        };
         Some(OnLeaves {
             leaf_area_m2: all.0,
             litres: all.1,
@@ -176,7 +185,10 @@ impl Sums {
             by_tree: trees
                 .into_iter()
                 .filter(|(_, got)| got.0 > 0.0)
-                .map(|((row, tree), got)| part(format!("row {row}, tree {tree}"), got))
+                .map(|((row, tree, repeated), got)| PartDeposit {
+                    repeated,
+                    ..part(format!("row {row}, tree {tree}"), got)
+                })
                 .collect(),
             by_band: bands
                 .into_iter()

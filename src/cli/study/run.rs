@@ -60,7 +60,7 @@ fn table(report: &SweepReport) -> String {
             Cell::new(&effect.output),
             number(Some(effect.n as f64), 0),
             number(known(effect.mean), 4),
-            number(known(effect.sd), 4),
+            number(effect.sd.and_then(known), 4),
             number(known(effect.mean_abs), 4),
         ]);
     }

@@ -36,12 +36,12 @@ pub struct Effect {
     pub n: usize,
     /// Mean.
     pub mean: f64,
-    /// Standard deviation.
-    pub sd: f64,
+    /// Standard deviation; none of fewer than two values.
+    pub sd: Option<f64>,
     /// Mean of the absolute values.
     pub mean_abs: f64,
-    /// Standard error of the mean of the absolute values.
-    pub mean_abs_se: f64,
+    /// Standard error of the mean of the absolute values; none of fewer than two.
+    pub mean_abs_se: Option<f64>,
 }
 
 /// Sums a whole study up.
@@ -167,22 +167,36 @@ impl Part {
 impl Effect {
     fn of(axis: &Axis, part: &Part, output: &str, values: &[f64]) -> Self {
         let n = values.len() as f64;
-        let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / n;
-        let middle = mean(&mut values.iter().copied());
-        let middle_abs = mean(&mut values.iter().map(|value| value.abs()));
-        let spread = |about: f64, values: &mut dyn Iterator<Item = f64>| {
-            (values.map(|value| (value - about).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt()
-        };
+        let sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
         Self {
             axis: axis.name(),
             at: part.name(),
             x: part.x(),
             output: output.to_owned(),
             n: values.len(),
-            mean: middle,
-            sd: spread(middle, &mut values.iter().copied()),
-            mean_abs: middle_abs,
-            mean_abs_se: spread(middle_abs, &mut values.iter().map(|value| value.abs())) / n.sqrt(),
+            mean: values.iter().sum::<f64>() / n,
+            sd: deviation(values),
+            mean_abs: sizes.iter().sum::<f64>() / n,
+            mean_abs_se: deviation(&sizes).map(|sd| sd / n.sqrt()),
         }
+    }
+}
+
+/// The standard deviation; none of fewer than two values, which say nothing of their spread.
+fn deviation(values: &[f64]) -> Option<f64> {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (n > 1.0).then(|| (squares / (n - 1.0)).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_deviation_of_one_value_is_unknown_and_no_zero() {
+        assert_eq!((deviation(&[]), deviation(&[3.0])), (None, None));
+        assert_eq!((deviation(&[3.0, 3.0]), deviation(&[1.0, 3.0])), (Some(0.0), Some(2.0_f64.sqrt())));
     }
 }

@@ -206,7 +206,9 @@ impl Found {
             "recall" => recall,
             "waste" => waste,
             "litres" => Some(litres),
-            "saved_share" => (constant_litres > 0.0).then(|| saved_litres / constant_litres),
+            "saved_share" => {
+                saved_litres.filter(|_| constant_litres > 0.0).map(|saved| saved / constant_litres)
+            }
             "latency_open_m" => of_edge(Edge::Open),
             "latency_close_m" => of_edge(Edge::Close),
             "off_target_share" => interception.and_then(|found| found.off_target_share),

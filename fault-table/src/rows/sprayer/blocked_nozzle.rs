@@ -15,7 +15,7 @@ pub(in crate::rows) const ROW: Row = Row {
     family: Family::Sprayer,
     parameters: &[SECTION, NOZZLE, SHARE],
     about: "Nozzles give less by this share. One that gives less than a twentieth of its flow counts as shut.",
-    reports: "flow below what is expected",
+    reports: "flow below what is expected, in the flow meter and in `SectionStates`, which tell flow and no position",
     recovery: "tells the driver",
     make: |settings| {
         let share = settings.number("share")?.unwrap_or(1.0);

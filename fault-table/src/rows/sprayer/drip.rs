@@ -15,7 +15,7 @@ pub(in crate::rows) const ROW: Row = Row {
     family: Family::Sprayer,
     parameters: &[SECTION, NOZZLE, SHARE],
     about: "Nozzles drip while they are shut. That is no open nozzle: it counts in litres alone.",
-    reports: "flow while all is shut",
+    reports: "flow while all is shut, in the flow meter and in `SectionStates`, which tell flow",
     recovery: "tells the driver",
     make: |settings| {
         let share = settings.number("share")?.unwrap_or(0.02);

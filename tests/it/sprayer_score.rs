@@ -1,0 +1,186 @@
+//! `rowscan score` of a run that was kept, and of what becomes of it when one thing in it is changed.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use crate::common::binary::{Ended, assert_says, run, text};
+
+/// A run of the reference controller, kept.
+fn kept(folder: &Path) -> (PathBuf, Value) {
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/scenarios/sprayer/reference.toml");
+    let keep = folder.join("kept");
+    let ended = run(&["check", text(&scenario), "--keep", text(&keep)]);
+    assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
+    let file = keep.join("01-reference/seed-7-run-1/sprayer.json");
+    let run = std::fs::read(&file).unwrap_or_else(|cause| panic!("{}: {cause}", file.display()));
+    (file, serde_json::from_slice(&run).expect("JSON"))
+}
+
+/// The same run with one thing changed.
+fn changed(folder: &Path, name: &str, run: &Value, change: impl FnOnce(&mut Value)) -> PathBuf {
+    let mut run = run.clone();
+    change(&mut run);
+    let path = folder.join(format!("{name}.json"));
+    std::fs::write(&path, run.to_string()).expect("written");
+    path
+}
+
+fn json_of(ended: &Ended) -> Value {
+    serde_json::from_str(&ended.stdout)
+        .unwrap_or_else(|cause| panic!("{cause}: {}{}", ended.stdout, ended.stderr))
+}
+
+fn score(flags: &[&str]) -> Ended {
+    run(&[&["score", "--format", "json"], flags].concat())
+}
+
+/// All commands of a run.
+fn commands(run: &mut Value) -> &mut Vec<Value> {
+    run["commands"].as_array_mut().expect("commands")
+}
+
+#[test]
+fn what_a_score_does_not_know_and_what_it_was_not_told_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (file, whole) = kept(folder.path());
+    let sound = score(&[text(&file)]);
+    assert_eq!(sound.code, Some(0), "{}", sound.stderr);
+    let told = json_of(&sound);
+    assert_eq!(told["unheeded"], json!([]));
+    assert!(!sound.stderr.contains("no result") && !sound.stderr.contains("boom:"), "{}", sound.stderr);
+    // Zero has no sign, wherever it stands.
+    assert!(!sound.stdout.contains("-0.0,") && !sound.stdout.contains("-0.0\n"), "{}", sound.stdout);
+
+    // Nobody said anything: nothing of it is known, not even that litres were saved.
+    let unheard = changed(folder.path(), "unheard", &whole, |run| commands(run).clear());
+    let ended = score(&[text(&unheard)]);
+    assert_eq!(ended.code, Some(1));
+    assert_says(&ended.stderr, &["no result: no command was heard in the whole run"]);
+    let silent = json_of(&ended);
+    for key in ["recall", "row_recall", "waste", "score", "saved_litres"] {
+        assert!(silent[key].is_null() && !told[key].is_null(), "{key}: {}", silent[key]);
+    }
+
+    // All was kept shut.
+    let shut = changed(folder.path(), "shut", &whole, |run| {
+        commands(run).iter_mut().for_each(|command| command["duty"] = json!(0.0));
+    });
+    let ended = score(&[text(&shut)]);
+    assert_eq!((ended.code, json_of(&ended)["recall"].as_f64()), (Some(1), Some(0.0)));
+    assert_says(&ended.stderr, &["no result: waste is unknown: nothing was sprayed"]);
+
+    // Parts that the boom lacks: to open them is told, to shut them is not.
+    let lacking = changed(folder.path(), "lacking", &whole, |run| {
+        let said =
+            |target: Value, duty: f64| json!({ "t_ns": 1_000_000_000_u64, "target": target, "duty": duty });
+        let more = [
+            said(json!({ "section": 9 }), 1.0),
+            said(json!({ "nozzle": 99 }), 0.5),
+            said(json!({ "section": 8 }), 0.0),
+        ];
+        commands(run).extend(more);
+    });
+    let ended = score(&[text(&lacking)]);
+    assert_eq!(ended.code, Some(0));
+    assert_says(
+        &ended.stderr,
+        &["2 commands opened parts that the boom does not have: section 9, nozzle 99"],
+    );
+    let unheeded = json_of(&ended)["unheeded"].clone();
+    let wanted = json!([
+        { "target": { "section": 9 }, "commands": 1 },
+        { "target": { "nozzle": 99 }, "commands": 1 },
+    ]);
+    assert_eq!(unheeded, wanted);
+
+    // Sections over each other: a boom may be so, and is told.
+    let overlapping = changed(folder.path(), "overlapping", &whole, |run| {
+        run["boom"]["section"][1]["z_from_m"] = json!(0.9);
+    });
+    assert_says(&score(&[text(&overlapping)]).stderr, &["boom: nozzles of one side overlap in height"]);
+}
+
+#[test]
+fn a_run_beside_says_what_differs_and_has_all_rows_of_either() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (file, whole) = kept(folder.path());
+    let beside = |other: &Path| score(&[text(&file), "--beside", text(other)]);
+    let same = beside(&file);
+    assert_eq!((json_of(&same)["differences"].clone(), same.code), (json!([]), Some(0)));
+    assert!(!same.stderr.contains("differ"), "{}", same.stderr);
+    // Another controller only, 200 ms later or sooner: all edges lag, or all lead, by that and what the reference controller was off.
+    for (name, sooner_ns, later_ns, way, none) in
+        [("late", 0, 200_000_000, "lag", "lead"), ("soon", 200_000_000, 0, "lead", "lag")]
+    {
+        let other = changed(folder.path(), name, &whole, |run| {
+            for command in commands(run) {
+                let t_ns = command["t_ns"].as_u64().expect("a time");
+                command["t_ns"] = json!((t_ns + later_ns).saturating_sub(sooner_ns));
+            }
+        });
+        let ended = beside(&other);
+        let told = json_of(&ended);
+        assert_eq!(told["differences"], json!([]), "{}", ended.stderr);
+        let edges = &told["beside"]["edges"][0];
+        let number = |key: &str| edges[way][key].as_f64().unwrap_or_else(|| panic!("{way} {key}: {edges}"));
+        assert_eq!(edges[none]["edges"], 0, "{edges}");
+        assert!(
+            number("edges") > 0.0 && number("p50_s") > 0.15 && number("worst_m") >= number("p50_m"),
+            "{edges}"
+        );
+        assert!((number("p50_m") / number("p50_s") - 1.5).abs() < 0.01, "at 1.5 m/s: {edges}");
+        let signed = edges["p50_s"].as_f64().expect("a median");
+        assert_eq!(signed > 0.0, way == "lag", "{edges}");
+    }
+
+    // Another seed, boom and speed are said, each by its key.
+    let other = changed(folder.path(), "other", &whole, |run| {
+        run["scene"]["seed"] = json!(run["scene"]["seed"].as_u64().expect("a seed") + 1);
+        run["boom"]["offset_y_m"] = json!(1.25);
+        run["boom"]["rate"] = json!({ "at_m_s": 1.5 });
+        run["boom"]["section"].as_array_mut().expect("sections").pop();
+    });
+    let ended = beside(&other);
+    let words =
+        ["scene.seed: 7, beside 8", "boom.offset_y_m: 1.0, beside 1.25", "boom.section: 4 of them, beside 3"];
+    assert_says(
+        &ended.stderr,
+        &words
+            .map(|word| ["not only the controllers differ: ", word].concat())
+            .each_ref()
+            .map(String::as_str),
+    );
+    let differences = json_of(&ended)["differences"].to_string();
+    assert!(words.iter().all(|word| differences.contains(word)), "{differences}");
+    // A row that only the other has is there, with nothing in this run's column.
+    let csv = run(&["score", text(&file), "--beside", text(&other), "--format", "csv"]).stdout;
+    let rate = csv.lines().find(|line| line.starts_with("rate_mean_error,")).expect("a row of the other");
+    assert!(rate.starts_with("rate_mean_error,,,,") && !rate.ends_with(','), "{rate}");
+}
+
+/// A row of one alley repeats before and behind itself; its own trees are told apart.
+#[test]
+fn the_rows_own_trees_are_told_apart_from_its_repetitions() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (_, whole) = kept(folder.path());
+    let row = changed(folder.path(), "row", &whole, |run| {
+        run["scene"]["orchard"]["trees"] = json!(2);
+        commands(run).clear();
+        commands(run).push(json!({ "t_ns": 0, "target": "all", "duty": 1.0 }));
+    });
+    let told = json_of(&score(&[text(&row)]));
+    let number = |key: &str| told[key].as_f64().unwrap_or_else(|| panic!("{key}: {told}"));
+    let (all_m2, own_m2) = (number("wanted_area_m2"), number("row_area_m2"));
+    assert!(own_m2 > 0.0 && all_m2 > 1.5 * own_m2, "{all_m2} {own_m2}");
+    assert!(number("row_missed_area_m2") <= number("missed_area_m2"));
+    let trees = told["interception"]["on_leaves"]["by_tree"].as_array().expect("trees");
+    let own: Vec<&str> = trees
+        .iter()
+        .filter(|tree| tree["repeated"] != json!(true))
+        .map(|tree| tree["part"].as_str().expect("a name"))
+        .collect();
+    // Two trees, numbered from 0; those before have numbers below, those behind from 2 on.
+    assert!(own.iter().all(|name| name.ends_with(", tree 0") || name.ends_with(", tree 1")), "{own:?}");
+    assert!(trees.len() > own.len() && !own.is_empty(), "{trees:?}");
+}
