@@ -215,7 +215,7 @@ impl Bench {
     /// The rig as those see it who look on and change nothing.
     pub fn seen<'a>(&self, title: String, stage: &'a Stage) -> SeenRig<'a> {
         let scanners = self.scanners.iter().map(BenchScanner::seen).collect();
-        SeenRig { title, stage, tractor: self.tractor.clone(), clock: self.clock(), scanners }
+        SeenRig { title, stage, tractor: self.tractor.clone(), clock: self.clock(), scanners, map: None }
     }
 }
 

@@ -127,6 +127,11 @@ impl Frames {
         self.lock().kinds.iter().any(|frame| pattern.fits(*frame))
     }
 
+    /// What the bus `id` has carried so far.
+    pub(crate) fn so_far(&self, id: &str) -> Option<BusRecord> {
+        self.lock().buses.get(id).cloned()
+    }
+
     /// What each bus has carried.
     pub(crate) fn close(&self) -> BTreeMap<String, BusRecord> {
         std::mem::take(&mut self.lock().buses)

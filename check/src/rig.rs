@@ -14,7 +14,7 @@ use rowscan_bus::isobus::trouble::TroubleDesk;
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{ChildClock, Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Compute, EndWhen, Gaps, Sleeps};
+use rowscan_emulator::{Compute, EndWhen, Gaps, SeenRig, Sleeps};
 use rowscan_protocol::device::{DialectPolicy, Start};
 use rowscan_recording::{About, Taps};
 use rowscan_scenes::files::{Warning, load_scene, rig_text};
@@ -33,7 +33,9 @@ use crate::run_file::RunFile;
 use crate::scenario::{ComputeSpec, DeviceKind, DeviceSpec as ScenarioDevice, End, Mode, Scenario};
 use crate::sentences::Sentences;
 use crate::signal::Source;
-use crate::sprayer::{BoomHearing, BoomSensors, BoomSpray, Machine, NAME, SprayerPart, SprayerSpec};
+use crate::sprayer::{
+    BoomHearing, BoomSensors, BoomSpray, Machine, NAME, SprayerPart, SprayerSpec, live_map,
+};
 use crate::task_controller::{self, TaskControllerPart, TaskSpec};
 use crate::verdict::name_of;
 use crate::witness::Witness;
@@ -175,7 +177,11 @@ impl ScenarioRig {
         witness.beside(desk.clone());
         let seen = look.map(|look| {
             let title = format!("rowscan check {}, seed {}", name_of(&scenario.path), stage.scene.seed);
-            look.begin(bench.seen(title, &stage), bench.control().clone())
+            let map = scenario.sprayer.as_ref().zip(sprayer.clone()).map(|(spec, part)| {
+                let heard = (part, frames.clone(), desks.sections.clone());
+                live_map(spec, &stage, (bench.tractor().clone(), bench.clock()), heard)
+            });
+            look.begin(SeenRig { map, ..bench.seen(title, &stage) }, bench.control().clone())
         });
         bench.run();
         Ok(Self {

@@ -122,7 +122,7 @@ pub use rig_control::{ClockMode, RigControl, RigTime};
 pub use running::Running;
 pub use scan_moment::ScanMoment;
 pub use scanner::{Counter, Emulator};
-pub use seen_rig::{SeenRig, SeenScanner};
+pub use seen_rig::{LiveMap, SeenRig, SeenScanner};
 pub use serial_emulator::SerialEmulator;
 pub use shared::{EmulatorConfig, EmulatorCounts, IDLE_LIMIT, MAX_CLIENTS};
 pub use sight::Sight;

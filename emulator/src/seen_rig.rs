@@ -1,5 +1,6 @@
 //! A virtual rig as those see it who look on and change nothing.
 
+use std::fmt;
 use std::sync::Arc;
 
 use rowscan_protocol::model::AnyModel;
@@ -23,6 +24,30 @@ pub struct SeenRig<'a> {
     pub clock: Arc<SimClock>,
     /// Its scanners.
     pub scanners: Vec<SeenScanner>,
+    /// What its sprayer has done so far, if it has one.
+    pub map: Option<LiveMap>,
+}
+
+/// A picture of what a rig has done so far, drawn when somebody asks for it: that may take a second.
+#[derive(Clone)]
+pub struct LiveMap(Arc<dyn Fn() -> Option<String> + Send + Sync>);
+
+impl LiveMap {
+    /// One that is drawn like this, as SVG; none while there is nothing to draw.
+    pub fn new(draw: impl Fn() -> Option<String> + Send + Sync + 'static) -> Self {
+        Self(Arc::new(draw))
+    }
+
+    /// Draws it.
+    pub fn svg(&self) -> Option<String> {
+        (self.0)()
+    }
+}
+
+impl fmt::Debug for LiveMap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("LiveMap")
+    }
 }
 
 /// A scanner of such a rig.

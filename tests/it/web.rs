@@ -327,9 +327,15 @@ async fn pages_of_other_sites_learn_and_do_nothing() {
     let bench = watched(Guard::open()).await;
     let address = bench.web.address();
     let evil = "\r\nOrigin: http://evil.example";
-    for path in
-        ["/watch/about", "/watch/orchard", "/watch/scan", "/watch/state", "/watch/log", "/watch/strip"]
-    {
+    for path in [
+        "/watch/about",
+        "/watch/orchard",
+        "/watch/scan",
+        "/watch/state",
+        "/watch/log",
+        "/watch/strip",
+        "/watch/map",
+    ] {
         let (status, ..) = http(address, &format!("GET {path} HTTP/1.1{evil}"), "").await;
         assert_eq!(status, 403, "{path}");
     }

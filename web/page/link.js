@@ -26,7 +26,7 @@ export async function ask(path, { method = "GET", body, as = "json" } = {}) {
     throw new Refused(answer.status, told.error ?? `${answer.status} ${answer.statusText}`);
   }
   if (answer.status === 204) return null;
-  return as === "bytes" ? answer.arrayBuffer() : answer.json();
+  return as === "bytes" ? answer.arrayBuffer() : as === "text" ? answer.text() : answer.json();
 }
 
 export class Link {

@@ -12,6 +12,7 @@ import { Timeline } from "./timeline.js";
 import { World } from "./world.js";
 
 const byId = (id) => document.getElementById(id);
+const MAP_EVERY_MS = 3000;
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
 class Page {
@@ -60,6 +61,7 @@ class Page {
     if (this.about.has_control) this.faults = Faults.of(await ask("/fault-table"));
     this.log.clear();
     this.strip.version = -1;
+    byId("map-card").hidden = true;
   }
 
   makeWorld() {
@@ -136,6 +138,16 @@ class Page {
     byId("slow").hidden = !byId("slow").textContent;
     if (state.log_last > this.log.last || state.log_last < this.log.last) this.readLog(state.log_last < this.log.last);
     if (state.strip_version !== this.strip.version) this.readStrip();
+    if (this.about.has_map && now - (this.mapMs ?? -Infinity) > MAP_EVERY_MS) this.readMap(now);
+  }
+
+  /** What the sprayer has done so far; it is drawn where it runs, as an image without a script. */
+  async readMap(now) {
+    this.mapMs = now;
+    await ask("/watch/map", { as: "text" }).then((svg) => {
+      byId("map").src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
+      byId("map-card").hidden = false;
+    }, () => {});
   }
 
   async readLog(isNew) {

@@ -16,6 +16,7 @@ mod clock;
 mod gauges;
 mod line;
 mod live;
+mod map_desk;
 mod onlooker;
 mod orchard;
 mod page;

@@ -23,6 +23,7 @@ pub(crate) fn watched(studio: Studio) -> Router {
         .route("/watch/scan", get(scan))
         .route("/watch/state", get(state))
         .route("/watch/strip", get(strip))
+        .route("/watch/map", get(map))
         .route("/watch/log", get(log))
         .route("/watch/live", get(live::live))
         .with_state(studio)
@@ -31,6 +32,7 @@ pub(crate) fn watched(studio: Studio) -> Router {
 async fn about(State(studio): State<Studio>) -> impl IntoResponse {
     let mut about = json!(studio.show.about());
     about["has_orchard"] = json!(studio.show.orchard().is_some());
+    about["has_map"] = json!(studio.show.map().is_some());
     about["has_control"] = json!(studio.bench.is_some());
     about["version"] = json!(env!("CARGO_PKG_VERSION"));
     Json(about)
@@ -53,6 +55,15 @@ async fn strip(State(studio): State<Studio>) -> impl IntoResponse {
     Json(studio.show.strip_now())
 }
 
+async fn map(State(studio): State<Studio>) -> Result<impl IntoResponse, Problem> {
+    let desk = studio.show.map().ok_or_else(|| Problem::missing("no sprayer is known here"))?;
+    let svg = desk
+        .svg()
+        .await
+        .ok_or_else(|| Problem::missing("the drive has not begun: there is nothing to draw"))?;
+    Ok(([(CONTENT_TYPE, "image/svg+xml"), (CACHE_CONTROL, "no-store")], svg))
+}
+
 #[derive(Debug, Deserialize)]
 struct Since {
     #[serde(default)]
@@ -67,6 +78,6 @@ async fn log(State(studio): State<Studio>, Query(Since { since }): Query<Since>)
 /// There is nothing there.
 pub(crate) async fn unknown() -> Problem {
     Problem::missing(
-        "there is no such path; there are /, /watch/about, /watch/orchard, /watch/scan, /watch/state, /watch/strip, /watch/log, /watch/live",
+        "there is no such path; there are /, /watch/about, /watch/orchard, /watch/scan, /watch/state, /watch/strip, /watch/map, /watch/log, /watch/live",
     )
 }

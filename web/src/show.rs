@@ -1,7 +1,7 @@
 //! What is shown: newest lines, log, strip, and where to ask for the rest.
 
 use std::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
 
 use rowscan_control::Bench;
 use rowscan_emulator::{LineWatcher, SeenLine, Sight};
@@ -15,6 +15,7 @@ use serde_json::{Map, Value, json};
 
 use crate::gauges::{Gauges, TractorGauge};
 use crate::line::Line;
+use crate::map_desk::MapDesk;
 use crate::onlooker::{Onlooker, Seen};
 use crate::orchard::OrchardPicture;
 use crate::picture;
@@ -51,6 +52,7 @@ struct Shown {
     log: TelegramLog,
     strip: Mutex<(u64, Strip)>,
     onlookers: RwLock<Vec<Box<dyn Onlooker>>>,
+    map: OnceLock<MapDesk>,
 }
 
 /// The newest line of a scanner, and how often there is one.
@@ -79,8 +81,18 @@ impl Show {
     /// Shows this; `gauges` are asked for what changes.
     pub fn new(about: About, orchard: Option<OrchardPicture>, gauges: Box<dyn Gauges>) -> Self {
         let lines = about.scanners.iter().map(|_| Mutex::default()).collect();
-        let (log, strip, onlookers) = Default::default();
-        Self(Arc::new(Shown { about, orchard, gauges, lines, log, strip, onlookers }))
+        let (log, strip, onlookers, map) = Default::default();
+        Self(Arc::new(Shown { about, orchard, gauges, lines, log, strip, onlookers, map }))
+    }
+
+    /// Has a map of what a sprayer has done so far drawn like this, as SVG, when somebody asks for it; the first that is given stays. It may take a second,
+    /// and is none while there is nothing to draw.
+    pub fn draws(&self, draw: impl Fn() -> Option<String> + Send + Sync + 'static) {
+        let _ = self.0.map.set(MapDesk::new(draw));
+    }
+
+    pub(crate) fn map(&self) -> Option<&MapDesk> {
+        self.0.map.get()
     }
 
     /// Has somebody else look on from now on.

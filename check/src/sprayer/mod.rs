@@ -6,6 +6,7 @@ mod judge;
 mod kept;
 
 mod machine;
+mod map;
 mod part;
 mod run;
 mod sensors;
@@ -15,6 +16,7 @@ mod spray;
 pub(crate) use judge::judge;
 pub use kept::KeptError;
 pub(crate) use machine::{BoomHearing, Machine};
+pub(crate) use map::live_map;
 pub(crate) use part::{NAME, SprayerPart};
 pub use run::{Intercepted, Relative, SprayerRun};
 pub(crate) use sensors::BoomSensors;

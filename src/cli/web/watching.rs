@@ -42,7 +42,7 @@ impl Watching {
 
     /// What a page shows of the rig, for as long as `tasks` run.
     pub(in super::super) fn show(self, rig: SeenRig<'_>, tasks: &mut JoinSet<()>, on: &Handle) -> Show {
-        let SeenRig { title, stage, tractor, clock, scanners } = rig;
+        let SeenRig { title, stage, tractor, clock, scanners, map } = rig;
         let about = scanners.iter().map(|scanner| ScannerAbout {
             name: scanner.name.clone(),
             model: scanner.model.title().to_owned(),
@@ -60,6 +60,9 @@ impl Watching {
         let show = Show::new(about, Some(OrchardPicture::of(&stage.orchard)), Box::new(gauges));
         if let Some((truth, z_from_m, period_m)) = truth(stage, &tractor) {
             show.truth(truth, (z_from_m, CELLS.band_m), Some(period_m));
+        }
+        if let Some(map) = map {
+            show.draws(move || map.svg());
         }
         tasks.spawn_on(self.talk.tell(show.log()), on);
         for (number, (lines, reading)) in watchers.into_iter().zip(meters).enumerate() {
