@@ -199,7 +199,7 @@ fn no_command_panics_because_a_reader_left() {
     let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
     // Its verdict is its exit code, whoever reads the words.
     let failing = at("failing.toml");
-    let scenario = "version = 1\nscene = \"post\"\nend = { s = 0.5 }\n[[device]]\nid = \"left\"\n\
+    let scenario = "version = 1\nscene = \"post\"\nend = { s = 0.5 }\n[[device]]\nid = \"left\"\nmodel = \"lms111\"\n\
          [[run]]\nid = \"sut\"\ncommand = [\"false\"]\n[[expect]]\nwhat = \"exit_code\"\n";
     std::fs::write(&failing, scenario).expect("written");
     let (broken, missing) = (at("broken.toml"), at("missing.toml"));
@@ -214,8 +214,8 @@ fn no_command_panics_because_a_reader_left() {
         vec!["check", &broken],
         vec!["score", &missing],
         vec!["orchard", "truth", &missing],
-        vec!["emulate", "post", "--tcp", "127.0.0.1:0", "--seconds", "0.2", "--format", "jsonl"],
-        vec!["demo", "post", "--format", "json"],
+        vec!["bus", "dbc"],
+        vec!["demo", "--spray", "--format", "json"],
     ] {
         let code = heard(&args);
         for leaving in LEAVING {
