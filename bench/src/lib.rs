@@ -12,6 +12,7 @@
 //! A new kind of endpoint is a variant of [`Endpoint`] and its arm in `endpoint.rs`; a new family of scanners an arm in `scanner.rs`.
 
 mod bench;
+mod directed;
 mod endpoint;
 mod error;
 pub mod replay;
@@ -19,6 +20,7 @@ mod scanner;
 mod spec;
 
 pub use bench::Bench;
+pub use directed::{Directed, Undirected};
 pub use endpoint::{At, Endpoint, Place};
 pub use error::BenchError;
 pub use scanner::BenchScanner;

@@ -19,6 +19,10 @@ pub struct PicoscanAddress {
     pub udp: u16,
     /// The address of this machine that they shall come to; the one that the scanner is reached from where absent.
     pub bind: Option<Ipv4Addr>,
+    /// Have it send the readings of its inertial measurement unit there, too.
+    pub imu: bool,
+    /// And those of its encoder.
+    pub encoder: bool,
     /// Who logs in.
     pub user: String,
     /// With which password. It is never shown.
@@ -28,10 +32,18 @@ pub struct PicoscanAddress {
 impl PicoscanAddress {
     /// This REST interface, all else as delivered.
     pub fn new(address: String) -> Self {
-        Self { address, udp: UDP_PORT, bind: None, user: USER.into(), password: PASSWORD.into() }
+        Self {
+            address,
+            udp: UDP_PORT,
+            bind: None,
+            imu: false,
+            encoder: false,
+            user: USER.into(),
+            password: PASSWORD.into(),
+        }
     }
 
-    /// With what stands behind the `?`: `udp`, `bind`, `user` and `password`, joined by `&`.
+    /// With what stands behind the `?`: `udp`, `bind`, `imu`, `encoder`, `user` and `password`, joined by `&`.
     pub(crate) fn with_query(mut self, query: &str) -> Result<Self, String> {
         for part in query.split('&').filter(|part| !part.is_empty()) {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
@@ -41,6 +53,8 @@ impl PicoscanAddress {
                     .parse()
                     .map(|address| self.bind = Some(address))
                     .map_err(|_| "an IPv4 address of this machine"),
+                "imu" => switch(value).map(|on| self.imu = on),
+                "encoder" => switch(value).map(|on| self.encoder = on),
                 "user" if !value.is_empty() => {
                     value.clone_into(&mut self.user);
                     Ok(())
@@ -50,11 +64,19 @@ impl PicoscanAddress {
                     Ok(())
                 }
                 "user" | "password" => Err("a text"),
-                _ => return Err(format!("`{key}` is not one of udp, bind, user, password")),
+                _ => return Err(format!("`{key}` is not one of udp, bind, imu, encoder, user, password")),
             };
             set.map_err(|expected| format!("`{key}` is {expected}, found `{value}`"))?;
         }
         Ok(self)
+    }
+}
+
+fn switch(value: &str) -> Result<bool, &'static str> {
+    match value {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("`on` or `off`"),
     }
 }
 
@@ -73,6 +95,8 @@ impl fmt::Display for PicoscanAddress {
         if let Some(bind) = self.bind {
             write!(f, "&bind={bind}")?;
         }
+        let switches = [("imu", self.imu), ("encoder", self.encoder)];
+        switches.iter().filter(|(_, on)| *on).try_for_each(|(key, _)| write!(f, "&{key}=on"))?;
         if self.user != USER {
             write!(f, "&user={}", self.user)?;
         }

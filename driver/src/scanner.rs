@@ -5,6 +5,7 @@ use std::future::poll_fn;
 use std::time::Duration;
 
 use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::reading::{Reading, ReadingCounts};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::{FaultCounts, ScanFault};
 
@@ -46,12 +47,20 @@ pub enum Arrival<'a> {
         /// When its last byte was read, as in a [`Record`].
         received: HostTime,
     },
+    /// How the scanner moves, or what its encoder counts.
+    Reading {
+        /// What it says.
+        reading: Reading,
+        /// When its last byte was read, as in a [`Record`].
+        received: HostTime,
+    },
 }
 
 /// An [`Arrival`] whose scan is still in the feed.
 enum Heard {
     Scan,
     Unreadable(ScanFault),
+    Reading(Reading),
 }
 
 /// Counts of a link since it was opened.
@@ -63,6 +72,8 @@ pub struct LinkCounts {
     pub telegrams_bad: u64,
     /// Parts of scans that were lost on their way, where scans come in parts; what their beams met is unknown.
     pub segments_lost: u64,
+    /// Telegrams of inertial measurement unit and encoder.
+    pub readings: ReadingCounts,
 }
 
 /// A live scanner or a recording, opened.
@@ -70,6 +81,7 @@ pub struct Scanner {
     feed: Box<dyn Feed>,
     events: LinkEvents,
     faults: FaultCounts,
+    readings: ReadingCounts,
 }
 
 impl Scanner {
@@ -107,10 +119,10 @@ impl Scanner {
                 });
             }
         };
-        Ok(Self { feed, events, faults: FaultCounts::default() })
+        Ok(Self { feed, events, faults: FaultCounts::default(), readings: ReadingCounts::default() })
     }
 
-    /// The next scan; `None` at the end of a recording. Telegrams that give no scan are counted and passed over.
+    /// The next scan; `None` at the end of a recording. Telegrams that give no scan, and readings, are counted and passed over.
     ///
     /// A lost live link is dialled again and configured anew; the scans missed meanwhile show in the telegram counters.
     ///
@@ -119,19 +131,22 @@ impl Scanner {
         loop {
             match self.next_heard().await? {
                 Some(Heard::Scan) => break,
-                Some(Heard::Unreadable(_)) => {}
+                Some(Heard::Unreadable(_) | Heard::Reading(_)) => {}
                 None => return Ok(None),
             }
         }
         Ok(self.record())
     }
 
-    /// The next scan, or scan telegram that gives none, in the order they came; else as [`next`](Self::next).
+    /// The next scan, scan telegram that gives none, or reading, in the order they came; else as [`next`](Self::next).
     pub async fn arrival(&mut self) -> Result<Option<Arrival<'_>>, DriverError> {
         match self.next_heard().await? {
             Some(Heard::Scan) => Ok(self.record().map(Arrival::Scan)),
             Some(Heard::Unreadable(fault)) => {
                 Ok(Some(Arrival::Unreadable { fault, received: self.feed.received() }))
+            }
+            Some(Heard::Reading(reading)) => {
+                Ok(Some(Arrival::Reading { reading, received: self.feed.received() }))
             }
             None => Ok(None),
         }
@@ -146,6 +161,10 @@ impl Scanner {
                         self.events.push(LinkEvent::Malformed { fault: fault.clone() });
                     }
                     return Ok(Some(Heard::Unreadable(fault)));
+                }
+                Some(HostEvent::Reading(reading)) => {
+                    self.readings.count(&reading);
+                    return Ok(Some(Heard::Reading(reading)));
                 }
                 Some(_) => {}
                 None => return Ok(None),
@@ -181,6 +200,7 @@ impl Scanner {
             connections: self.feed.connections(),
             telegrams_bad: self.feed.frames_bad() + self.faults.total(),
             segments_lost: self.feed.segments_lost(),
+            readings: self.readings,
         }
     }
 
@@ -205,7 +225,7 @@ impl Scanner {
     ) -> Result<Self, DriverError> {
         let events = LinkEvents::default();
         let feed = live(endpoint, config, &events).await?;
-        Ok(Self { feed, events, faults: FaultCounts::default() })
+        Ok(Self { feed, events, faults: FaultCounts::default(), readings: ReadingCounts::default() })
     }
 }
 

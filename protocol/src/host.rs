@@ -16,6 +16,7 @@ use core::time::Duration;
 
 use crate::frame::{Dialect, FrameCounts};
 use crate::lms2xx::Rate;
+use crate::reading::Reading;
 use crate::scan::Scan;
 use crate::telegram::SopasError;
 use crate::validity::ScanFault;
@@ -115,6 +116,8 @@ pub enum HostEvent {
         /// The command: its CoLa name, or the LMS2xx request in words.
         command: &'static str,
     },
+    /// The scanner told how it moves, or what its encoder counts.
+    Reading(Reading),
     /// A scan telegram in a valid frame cannot be read.
     Malformed {
         /// Why.

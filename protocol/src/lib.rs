@@ -85,6 +85,8 @@ pub mod model;
 #[cfg(feature = "telegrams")]
 pub mod nmea;
 #[cfg(feature = "telegrams")]
+pub mod reading;
+#[cfg(feature = "telegrams")]
 pub mod rfc2217;
 #[cfg(feature = "telegrams")]
 pub mod search;

@@ -191,6 +191,7 @@ async fn follow(
             None => {}
             Some(None) => break None,
             Some(Some(Arrival::Scan(record))) => pipeline.push(record.scan),
+            Some(Some(Arrival::Reading { .. })) => {}
             Some(Some(Arrival::Unreadable { fault, .. })) => pipeline.push_unreadable(&fault),
         }
         let reached = enough.reached(&pipeline, scanner.counts().telegrams_bad, scanner.now().0);

@@ -35,7 +35,7 @@ pub(crate) enum Refusal {
     Grow(#[source] rowscan_scenes::GrowError),
     /// Scans that fit in no array.
     #[error(
-        "scan {scan} has {found} beams and the scans before it {expected}: they fit in no array; read up to it with scans={scan}"
+        "scan {scan} has {found} beams and the scans before it {expected}, or other angles: they fit in no array; read up to it with scans={scan}, or its points with `rowscan export --what points`"
     )]
     OtherBeams {
         /// Number of the scan, from 0.

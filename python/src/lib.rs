@@ -11,6 +11,7 @@ mod failure;
 mod one_or_more;
 mod orchard;
 mod picture;
+mod readings;
 mod row_scan;
 mod scanner;
 mod scans;

@@ -9,7 +9,7 @@ use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use rowscan_canopy::{PlacedLine, Placing};
-use rowscan_driver::{DriverConfig, Scanner, Source};
+use rowscan_driver::{Arrival, DriverConfig, Scanner, Source};
 use rowscan_emulator::stage::Stage;
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::model::AnyModel;
@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::failure::{Failure, Refusal};
 use crate::orchard::SceneOf;
+use crate::readings::Readings;
 use crate::seed::Seed;
 use crate::{arrays, wait, warning};
 
@@ -60,6 +61,12 @@ pub(crate) struct ScanArrays {
     /// How fast it drives at each scan: m/s, float64, (scans,). Of a drive.
     #[pyo3(get)]
     speed_m_s: Option<Py<PyArray1<f64>>>,
+    /// Readings of the scanner's inertial measurement unit: a dict of arrays. Of recordings that hold some.
+    #[pyo3(get)]
+    imu: Option<Py<PyDict>>,
+    /// The same of its encoder, where that has telegrams of its own.
+    #[pyo3(get)]
+    wheel: Option<Py<PyDict>>,
     /// What the arrays do not hold, and an estimate needs.
     told: Told,
     /// Of a drive: what stands there.
@@ -112,6 +119,7 @@ struct Gathered {
     encoder_ticks: Vec<u32>,
     telegram_counter: Vec<u16>,
     scan_counter: Vec<u16>,
+    readings: Readings,
 }
 
 impl Gathered {
@@ -172,6 +180,8 @@ impl Gathered {
             telegram_counter: arrays::line(py, self.telegram_counter),
             scan_counter: arrays::line(py, self.scan_counter),
             time_s: arrays::line(py, self.time_s),
+            imu: self.readings.imu(py)?,
+            wheel: self.readings.wheel(py)?,
             told: Told { start, step, count, rig, ..self.told },
             stage,
         })
@@ -241,9 +251,17 @@ pub(crate) fn read(py: Python<'_>, path: PathBuf, echo: usize, scans: Option<usi
         let mut scanner = Scanner::open(&source, DriverConfig::default()).await?;
         let mut gathered = Gathered::default();
         while scans.is_none_or(|most| gathered.time_s.len() < most) {
-            let Some(record) = scanner.next().await? else { break };
-            gathered.push(record.scan, echo)?;
-            gathered.received_s.push(record.received.0.as_secs_f64());
+            match scanner.arrival().await? {
+                None => break,
+                Some(Arrival::Scan(record)) => {
+                    gathered.push(record.scan, echo)?;
+                    gathered.received_s.push(record.received.0.as_secs_f64());
+                }
+                Some(Arrival::Reading { reading, received }) => {
+                    gathered.readings.push(received.0.as_secs_f64(), reading);
+                }
+                Some(Arrival::Unreadable { .. }) => {}
+            }
             // A recording never waits by itself.
             tokio::task::coop::consume_budget().await;
         }
@@ -322,7 +340,7 @@ impl ScanArrays {
     /// The arrays, and the rest as text. What stood there is grown again by whoever needs it.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let told = serde_json::to_string(&self.told).map_err(Failure::from)?;
-        let parts: [Bound<'py, PyAny>; 11] = [
+        let parts: [Bound<'py, PyAny>; 13] = [
             self.time_s.bind(py).as_any().clone(),
             self.received_s.or_none(py),
             self.ranges_m.bind(py).as_any().clone(),
@@ -333,6 +351,8 @@ impl ScanArrays {
             self.scan_counter.bind(py).as_any().clone(),
             self.row_m.or_none(py),
             self.speed_m_s.or_none(py),
+            self.imu.or_none(py),
+            self.wheel.or_none(py),
             told.into_bound_py_any(py)?,
         ];
         Ok((py.import("rowscan._native")?.getattr("_scans")?, PyTuple::new(py, parts)?))
@@ -375,6 +395,8 @@ pub(crate) fn _scans(
     scan_counter: Py<PyArray1<u16>>,
     row_m: Option<Py<PyArray1<f64>>>,
     speed_m_s: Option<Py<PyArray1<f64>>>,
+    imu: Option<Py<PyDict>>,
+    wheel: Option<Py<PyDict>>,
     told: &str,
 ) -> PyResult<ScanArrays> {
     let told = serde_json::from_str(told).map_err(Failure::from)?;
@@ -389,6 +411,8 @@ pub(crate) fn _scans(
         scan_counter,
         row_m,
         speed_m_s,
+        imu,
+        wheel,
         told,
         stage: None,
     })

@@ -252,6 +252,36 @@ def test_several_scanners_of_one_tractor(tmp_path):
                 assert model in client.ask(b"sRN DItype")
 
 
+def test_datagrams_go_where_they_are_directed(orchard):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
+        ear.bind(("127.0.0.1", 0))
+        ear.settimeout(10)
+        here = "127.0.0.1:%d" % ear.getsockname()[1]
+        with rowscan.Scanner("picoscan150", orchard, udp=here, rest="127.0.0.1:0") as scanner:
+            assert here in scanner.addresses.values()
+            with Client(scanner.address) as client:
+                assert client.ask(b"sMN SetAccessMode 04 81BE23AA") == b"sAN SetAccessMode 1"
+                assert client.ask(b"sWN ScanDataEnable 1") == b"sWA ScanDataEnable"
+            datagram, _ = ear.recvfrom(65536)
+            assert datagram[:4] == b"\x02\x02\x02\x02"
+
+
+@pytest.mark.parametrize(
+    "model, keys, why",
+    [
+        ("picoscan150", {"udp": "here"}, "expected an IPv4 address with a port"),
+        ("picoscan150", {"allow_destination": "there"}, "expected an IPv4 address"),
+        ("picoscan150", {"udp": ["127.0.0.1:0", "127.0.0.1:0"]}, "1 addresses for no such scanner"),
+        ("lms111", {"udp": "127.0.0.1:0"}, "such as picoscan150"),
+        ("lms111", {"allow_destination": "192.0.2.7"}, "such as picoscan150"),
+        ("lms111", {"rest": "127.0.0.1:0"}, "such as picoscan150"),
+    ],
+)
+def test_destinations_that_are_none_are_refused(orchard, model, keys, why):
+    with pytest.raises(ValueError, match=why):
+        rowscan.Scanner(model, orchard, **keys).start()
+
+
 def test_one_scanner_listens_at_several_addresses(orchard):
     with rowscan.Scanner("lms111", orchard, tcp=["127.0.0.1:0", "127.0.0.1:0"]) as scanner:
         assert list(scanner.addresses) == ["scanner0", "scanner0:1"]

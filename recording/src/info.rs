@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use rowscan_protocol::counting::{Counting, Link, Turn};
 use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::reading::ReadingCounts;
 use rowscan_protocol::scan::Scan;
 use serde::Serialize;
 use std::time::Duration;
@@ -47,6 +48,12 @@ pub struct StreamReport {
     pub outages: u64,
     /// Frames refused by checksum or length, and scans that could not be read.
     pub telegrams_bad: u64,
+    /// Readings of the scanner's inertial measurement unit, of its encoder (in telegrams of their own), and those that cannot be read.
+    pub imu_readings: u64,
+    /// See above.
+    pub encoder_readings: u64,
+    /// See above.
+    pub readings_bad: u64,
     /// Scans a second of the host's clock.
     pub scan_rate_hz: Option<f64>,
     /// Scans a second of the device's clock.
@@ -83,6 +90,7 @@ struct StreamAccount {
     counting: Counting,
     outages: u64,
     malformed: u64,
+    readings: ReadingCounts,
     first_scan_ns: Option<u64>,
     last_scan_ns: Option<u64>,
     longest_gap_ns: Option<u64>,
@@ -102,6 +110,7 @@ impl StreamAccount {
             counting: Counting::default(),
             outages: 0,
             malformed: 0,
+            readings: ReadingCounts::default(),
             first_scan_ns: None,
             last_scan_ns: None,
             longest_gap_ns: None,
@@ -133,6 +142,7 @@ impl StreamAccount {
             match event {
                 HostEvent::Scan => self.scan(reader.scan(), at_ns),
                 HostEvent::Malformed { .. } => self.malformed += 1,
+                HostEvent::Reading(reading) => self.readings.count(&reading),
                 _ => {}
             }
         }
@@ -181,6 +191,9 @@ impl StreamAccount {
             restarts,
             outages: self.outages,
             telegrams_bad: self.reader.map_or(0, |reader| reader.counts().bad) + self.malformed,
+            imu_readings: self.readings.imu,
+            encoder_readings: self.readings.wheel,
+            readings_bad: self.readings.unreadable,
             scan_rate_hz: rate(seconds(self.first_scan_ns, self.last_scan_ns)),
             scan_rate_device_hz: self.counting.frequency_hz(),
             longest_gap_s: self.longest_gap_ns.map(|ns| ns as f64 * 1e-9),

@@ -2,7 +2,7 @@
 
 use std::net::{Ipv4Addr, SocketAddrV4};
 
-use rowscan_bench::ScannerSpec;
+use rowscan_bench::{Directed, ScannerSpec, Undirected};
 
 use super::Failure;
 
@@ -25,23 +25,17 @@ pub(super) struct DatagramArgs {
 impl DatagramArgs {
     /// Puts them into the specifications of scanners, in their order.
     pub(super) fn add_to(&self, scanners: &mut [ScannerSpec]) -> Result<(), Failure> {
-        let (mut directed, mut served) = (self.udp.iter(), self.rest.iter());
-        let streams = |spec: &&mut ScannerSpec| spec.model.compact().is_some();
-        for spec in scanners.iter_mut().filter(streams) {
-            spec.udp = directed.next().copied();
-            spec.rest = served.next().cloned();
-            spec.allowed_destinations = self.allow_destination.iter().copied().map(Into::into).collect();
-        }
-        let unused = directed.len() + served.len();
-        if unused > 0
-            || (!self.allow_destination.is_empty() && !scanners.iter_mut().any(|spec| streams(&spec)))
-        {
-            return Err(Failure::Usage(format!(
-                "--udp, --allow-destination and --rest are for scanners with Compact output, such as --model picoscan150; found {} --udp and {} --rest, {unused} of them for no such scanner",
+        let directed = Directed {
+            rest: self.rest.clone(),
+            udp: self.udp.clone(),
+            allowed: self.allow_destination.clone(),
+        };
+        directed.add_to(scanners).map_err(|Undirected { unused }| {
+            Failure::Usage(format!(
+                "--udp, --allow-destination and --rest are for scanners with Compact output, such as --model picoscan150; found {} --udp and {} --rest, {unused} of all three for no such scanner",
                 self.udp.len(),
                 self.rest.len()
-            )));
-        }
-        Ok(())
+            ))
+        })
     }
 }

@@ -254,3 +254,34 @@ fn faults_of_rest_are_told_or_waited_for() {
     let args = ["emulate", "spindle", "--tcp", "127.0.0.1:0", "--faults", text(&lms)];
     assert_says(&crate::common::binary::refused(&args), &["no REST interface", "picoscan150"]);
 }
+
+/// What the inertial measurement unit and the encoder tell is asked for by the address, kept, and counted; without that there is none.
+#[test]
+fn readings_of_imu_and_encoder_are_in_the_recording_of_who_asks_for_them() {
+    let (_base, path) = folder();
+    let scene = path("row.toml");
+    let recorded = |name: &str, keys: &str| {
+        let pico = Pico::start(&scene, &["--time-scale", "4", "--start-when", "now"]);
+        let file = path(&format!("{name}.mcap"));
+        let ended = run(&["record", &format!("{}{keys}", pico.source()), "-o", &file, "--scans", "60"]);
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        let ended = run(&["record", "--info", &file, "--format", "json"]);
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        let told = parsed(&ended.stdout);
+        let count = |key: &str| told["streams"][0][key].as_u64().expect("a count");
+        assert_eq!(count("scans"), 60);
+        let shown = run(&["decode", &file]);
+        (["imu_readings", "encoder_readings", "readings_bad"].map(count), shown.stdout)
+    };
+    let ([imu, wheel, bad], shown) = recorded("both", "&imu=on&encoder=on");
+    // One of the encoder a turn; of the unit more.
+    assert!((55..=65).contains(&wheel), "{wheel}");
+    assert!(imu > wheel && bad == 0, "{imu} and {bad}");
+    assert!(shown.contains("acceleration_m_s2") && shown.contains("tick_ref1"), "decode shows them");
+    let (none, shown) = recorded("none", "");
+    assert_eq!(none, [0, 0, 0]);
+    assert!(!shown.contains("acceleration_m_s2"));
+    let wrong = run(&["record", "picoscan://127.0.0.1:1?imu=yes", "-o", &path("x.mcap")]);
+    assert_eq!(wrong.code, Some(2), "{}", wrong.stderr);
+    assert!(wrong.stderr.contains("`imu` is `on` or `off`, found `yes`"), "{}", wrong.stderr);
+}

@@ -71,7 +71,7 @@ enum State {
 
 impl PicoSession {
     pub(super) fn new(place: &PicoscanAddress, to: Option<SocketAddrV4>, config: &DriverConfig) -> Self {
-        let (steps, has_mode) = to.map_or((Vec::new(), true), |to| step::start_up(to, &config.cola));
+        let (steps, has_mode) = to.map_or((Vec::new(), true), |to| step::start_up(to, place, &config.cola));
         let limited = HostEvent::Limited {
             what: "no picoScan or multiScan has a mode of the rig's frequency and resolution: it keeps its own",
         };

@@ -2,6 +2,7 @@
 
 use std::net::SocketAddrV4;
 
+use crate::picoscan_address::PicoscanAddress;
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::model::SEGMENTED;
 use rowscan_protocol::rig::EchoChoice;
@@ -36,7 +37,7 @@ fn profile(config: &ColaConfig) -> Result<Option<u8>, ()> {
 }
 
 /// The start-up, and whether the scanner has the scan mode that is asked for.
-pub(super) fn start_up(to: SocketAddrV4, config: &ColaConfig) -> (Vec<Step>, bool) {
+pub(super) fn start_up(to: SocketAddrV4, place: &PicoscanAddress, config: &ColaConfig) -> (Vec<Step>, bool) {
     let profile = profile(config);
     let destination = json!({ "Protocol": 1, "IPAddress": to.ip().octets(), "Port": to.port() });
     let echo = config.echo.map(|echo| match echo {
@@ -46,15 +47,23 @@ pub(super) fn start_up(to: SocketAddrV4, config: &ColaConfig) -> (Vec<Step>, boo
     let all = [
         Some(Step::read("DeviceIdent", true)),
         Some(Step::read("FirmwareVersion", false)),
-        Some(Step::write("ScanDataEthSettings", destination, true)),
+        Some(Step::write("ScanDataEthSettings", destination.clone(), true)),
         Some(Step::write("ScanDataFormat", json!(2), true)),
         profile.ok().flatten().map(|number| Step::write("PerformanceProfileNumber", json!(number), false)),
         echo.map(|code| Step::write("FREchoFilter", code, false)),
         // A measurement that runs already begins anew with it: before the stream does.
         Some(Step { name: "mStartMeasure", data: Some(json!({})), is_needed: false }),
-        Some(Step::write("ScanDataEnable", json!(true), true)),
     ];
-    (all.into_iter().flatten().collect(), profile.is_ok())
+    // To the port that scans come to: one stream holds all of it in its order. A model without them refuses, and scans come nevertheless.
+    let readings = [
+        (place.imu, "ImuDataEthSettings", "ImuDataEnable"),
+        (place.encoder, "EncoderDataEthSettings", "EncoderDataEnable"),
+    ];
+    let readings = readings.into_iter().filter(|(on, ..)| *on).flat_map(|(_, settings, enable)| {
+        [Step::write(settings, destination.clone(), false), Step::write(enable, json!(true), false)]
+    });
+    let last = Step::write("ScanDataEnable", json!(true), true);
+    (all.into_iter().flatten().chain(readings).chain([last]).collect(), profile.is_ok())
 }
 
 /// The end of the stream.

@@ -9,7 +9,9 @@ use super::config::ColaConfig;
 use super::step::{Plan, START_UP, STOP, Step};
 use crate::frame::{Dialect, Frame};
 use crate::host::{DeviceInfo, HostEvent, Language};
+use crate::reading::Reading;
 use crate::scan::Scan;
+use crate::telegram::inertial_measurement_unit::InertialMeasurementUnit;
 use crate::telegram::{Args, Kind, LmdScandata, SopasError, Telegram, Variable, lmd_scandata};
 use crate::validity::ScanFault;
 
@@ -152,6 +154,11 @@ impl Machine {
         if is_scan && !matches!(self.phase, Phase::Starting(_) | Phase::Done) {
             self.take_scan(telegram.args);
         }
+        if is_imu(&telegram) && !matches!(self.phase, Phase::Starting(_) | Phase::Done) {
+            let event = telegram.args.decode::<InertialMeasurementUnit>();
+            let reading = event.map_or(Reading::Unreadable, |event| Reading::Imu((&event).into()));
+            self.events.push_back(HostEvent::Reading(reading));
+        }
         let Some(step) = awaited else { return };
         if let Some(error) = telegram.refusal() {
             self.refused(step, error);
@@ -257,6 +264,11 @@ impl Machine {
         self.deadline = Deadline::None;
         self.events.push_back(event);
     }
+}
+
+/// Events of an MRS1000's inertial measurement unit.
+fn is_imu(telegram: &Telegram<'_>) -> bool {
+    telegram.kind == Kind::Sn && telegram.name == InertialMeasurementUnit::NAME
 }
 
 /// Scan events, SOPAS ET's monitor events, and polled scans.

@@ -5,22 +5,28 @@ use core::time::Duration;
 
 use super::assembler::{Assembler, SegmentCounts};
 use super::frame::Frame;
+use super::scan::ScanTelegram;
 use super::stream::{Found, StreamDecoder};
 use super::telegram::Telegram;
 use crate::frame::FrameCounts;
 use crate::host::{HostEvent, HostSession, Transmit};
+use crate::reading::Reading;
 use crate::scan::Scan;
 use crate::validity::ScanFault;
 
 /// Faults kept until they are told; more in one piece of bytes are told by their count.
 const MAX_FAULTS: usize = 64;
 
-/// Listens to Compact telegrams: datagrams, or a stream of bytes. Telegrams of IMU and encoder are passed over.
+/// Readings kept until they are told; the oldest make room. Of a caller that takes events after each datagram there is one at most.
+const MAX_READINGS: usize = 1024;
+
+/// Listens to Compact telegrams: datagrams, or a stream of bytes.
 #[derive(Clone, Debug, Default)]
 pub struct CompactListener {
     decoder: StreamDecoder,
     assembler: Assembler,
     faults: VecDeque<ScanFault>,
+    readings: VecDeque<Reading>,
     /// A turn, and its lines that have been given.
     turn: Option<(Frame, usize)>,
     scan: Scan,
@@ -47,13 +53,27 @@ impl CompactListener {
             }
             Found::Telegram { telegram, .. } => {
                 self.counts.frames += 1;
-                let Telegram::Scan(scan) = telegram else { return };
-                if let Err(fault) = self.assembler.push(scan) {
-                    self.faults.truncate(MAX_FAULTS - 1);
-                    self.faults.push_back(fault);
+                match telegram {
+                    Telegram::Scan(scan) => self.take_segment(scan),
+                    Telegram::Imu(imu) => self.take_reading(Reading::Imu((&imu).into())),
+                    Telegram::Encoder(encoder) => self.take_reading(Reading::Wheel((&encoder).into())),
                 }
             }
         }
+    }
+
+    fn take_segment(&mut self, scan: ScanTelegram) {
+        if let Err(fault) = self.assembler.push(scan) {
+            self.faults.truncate(MAX_FAULTS - 1);
+            self.faults.push_back(fault);
+        }
+    }
+
+    fn take_reading(&mut self, reading: Reading) {
+        if self.readings.len() >= MAX_READINGS {
+            self.readings.pop_front();
+        }
+        self.readings.push_back(reading);
     }
 
     fn take_all(&mut self) {
@@ -93,6 +113,9 @@ impl HostSession for CompactListener {
         loop {
             if let Some(fault) = self.faults.pop_front() {
                 return Some(HostEvent::Malformed { fault });
+            }
+            if let Some(reading) = self.readings.pop_front() {
+                return Some(HostEvent::Reading(reading));
             }
             if let Some((frame, given)) = self.turn.take().filter(|(frame, given)| *given < frame.lines.len())
             {

@@ -43,7 +43,7 @@ pub(super) static LMS1000: Model = Model {
         "one to three echoes, 8-bit remission",
         "angle table ANGL1 (bit 1 of the remission in LMDscandatacfg), without corrections",
         "a mean filter over an interlaced mode is of turns with the same start (assumed)",
-        "the scan counter keeps counting over LMCstartmeas; SCdevicestate 0 for 15 s after it (`field` profile)",
+        "the scan counter keeps counting over LMCstartmeas; SCdevicestate 0 for 14.5 s after it (`field` profile)",
     ],
     not_emulated: &[
         "scan modes of firmware before 2.0, 0.25° among them: mLMPsetscancfg answers 1, 2 or 3",

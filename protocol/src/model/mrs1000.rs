@@ -49,9 +49,9 @@ pub(super) const MRS1000: Model = Model {
         "LMPautostartmeas",
     ],
     times: Times {
-        // The recorded client asked for the state each second: 0 at 14.036 s after the start, 1 at 15.038 s. The later one is taken; how it is shared is assumed,
+        // The recorded client asked for the state each second: 0 at 14.036 s after the start, 1 at 15.038 s. The middle is taken; how it is shared is assumed,
         // as an LMS1xx's, whose mirror turns by then.
-        spin_up: Duration::from_millis(14_958),
+        spin_up: Duration::from_millis(14_457),
         first_scan: Duration::from_millis(80),
         start_reply: Duration::from_millis(3),
         ..LMS1XX.times
@@ -60,7 +60,7 @@ pub(super) const MRS1000: Model = Model {
         "50 Hz/0.25° in four layers: a telegram a turn, in the order 250, −500, 0, −250 of its layer codes, so 12.5 scans a second and layer; elevation is −code/100°",
         "one to three echoes, echo filter (one channel with 0 and 2), 8-bit remission",
         "ScanLayerFilter: layers that are off are not sent; the mirror turns on, and counters of telegrams do not count them",
-        "the scan counter keeps counting over LMCstartmeas; SCdevicestate 0 for 15 s after it (`field` profile)",
+        "the scan counter keeps counting over LMCstartmeas; SCdevicestate 0 for 14.5 s after it (`field` profile)",
     ],
     not_emulated: &[
         "25 Hz/0.125° and 12.5 Hz/0.0625°: mLMPsetscancfg answers 2, as firmware too old for them does",

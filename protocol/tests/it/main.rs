@@ -35,6 +35,7 @@ mod pair;
 mod picoscan;
 mod properties;
 mod published_telegrams;
+mod readings;
 mod recorded_start_ups;
 mod recorded_telegrams;
 mod recorded_times;

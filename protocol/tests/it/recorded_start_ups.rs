@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use crate::facts::{Recording, recordings};
-use rowscan_protocol::device::{Device, DialectPolicy, Identity, Session};
+use rowscan_protocol::device::{Device, DialectPolicy, Identity, Options, Profile, Session};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model::by_name;
 use rowscan_protocol::telegram::Telegram;
@@ -102,6 +102,37 @@ fn recorded_start_ups_are_answered_as_they_were() {
         let expected: BTreeSet<String> = differ.iter().map(|name| (*name).to_owned()).collect();
         assert_eq!(found, expected, "{}", model.name);
     }
+}
+
+/// A real MRS1104 was stopped, started, and asked each second whether it was ready: so long ours takes, too, within that second.
+#[test]
+fn an_mrs1000_is_ready_between_the_polls_between_which_a_real_one_was() {
+    let recordings = recordings();
+    let Some(recording) = recordings.iter().find(|found| found.name == "mrs1104_20210722") else { return };
+    let asked = recording.index.iter().filter(|at| !at.from_device);
+    let asked: Vec<_> = asked.map(|at| (at.seconds, recording.payload(at).to_vec())).collect();
+    let replies: Vec<Vec<u8>> = exchanges(recording).into_iter().map(|(_, reply)| reply).collect();
+    assert_eq!(asked.len(), replies.len());
+    let options = Options { profile: Profile::Field, ..Options::default() };
+    let mut device = Device::new(by_name("mrs1000").unwrap(), Identity::default()).with_options(options);
+    let mut session = Session::new(DialectPolicy::Auto);
+    let mut states = Vec::new();
+    for ((seconds, request), recorded) in asked.iter().zip(&replies) {
+        let mut frame = Vec::new();
+        rowscan_protocol::frame::encode(Dialect::B, request, &mut frame);
+        // It has been on for a while, as the recorded one had.
+        let now = SimTime(60_000_000_000 + (seconds * 1e9) as u64);
+        let mut answers = Vec::new();
+        session.handle_bytes(&mut device, now, &frame, &mut answers);
+        if request.starts_with(b"sRN SCdevicestate") {
+            let ours = answers.first().map(|reply| &reply.bytes[8..reply.bytes.len() - 1]);
+            assert_eq!(ours, Some(recorded.as_slice()), "at {seconds} s");
+            states.extend(recorded.last());
+        }
+    }
+    // Stopped, then 15 times not yet, then ready.
+    assert_eq!((states.len(), states.last()), (17, Some(&1)));
+    assert!(states.iter().take(16).all(|state| *state == 0));
 }
 
 /// docs/device.md has the counts, and why each reply differs.

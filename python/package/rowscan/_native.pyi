@@ -142,6 +142,15 @@ class ScanArrays:
     def speed_m_s(self) -> Optional[NDArray[np.float64]]:
         """How fast it drives, (scans,). Of a drive."""
 
+    @property
+    def imu(self) -> Optional[Dict[str, NDArray[Any]]]:
+        """Readings of the scanner's inertial measurement unit, of a recording that holds some: `received_s`, `time_us` (readings,), `acceleration_m_s2` and
+        `rate_rad_s` (readings, 3), `orientation_wxyz` (readings, 4)."""
+
+    @property
+    def wheel(self) -> Optional[Dict[str, NDArray[Any]]]:
+        """Readings of its encoder, where that has telegrams of its own (picoScan150): `received_s`, `time_us`, `tick`, `speed` (readings,)."""
+
     def points(self, rig: Optional[_Path] = None, *, scanner: int = 0) -> Dict[str, NDArray[Any]]:
         """Every return as a point: `points_m` (returns, 3) float64, `scan` and `beam` (returns,) uint32.
 
@@ -189,6 +198,9 @@ class Scanner:
         can: Union[None, str, Sequence[str]] = None,
         nmea: Union[None, str, Sequence[str]] = None,
         faults: Union[None, _Path, Sequence[Mapping[str, Any]]] = None,
+        rest: Union[None, str, Sequence[str]] = None,
+        udp: Union[None, str, Sequence[str]] = None,
+        allow_destination: Union[None, str, Sequence[str]] = None,
     ) -> Scanner:
         """
         model: the scanner's, instead of the rig's own; a list of them is the rig's first scanners on one tractor; an empty list the tractor alone.
@@ -199,6 +211,9 @@ class Scanner:
         pty: the link by which an LMS2xx is found, a name of its own in the folder for temporary files unless told otherwise.
         can, nmea: as the command line's --can and --nmea, such as "slcan:./can" and "tcp:127.0.0.1:0".
         faults: a file of docs/faults.md, or dicts with the same keys.
+        rest, udp: of scanners with Compact output (picoScan, multiScan), in their order: where REST is, a free port unless told otherwise, and where the
+            datagrams go, such as "127.0.0.1:2115"; port 0 takes a free one, which `addresses` has.
+        allow_destination: addresses besides those of this machine that clients may direct datagrams to.
         """
 
     def start(self) -> Scanner:

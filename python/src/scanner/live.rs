@@ -43,6 +43,7 @@ impl Live {
         for (index, named) in order.models.iter().enumerate() {
             spec.scanners.push(order.scanner(stage, index, *named)?);
         }
+        order.direct(&mut spec.scanners)?;
         let nmea = order.nmea.iter().enumerate();
         spec.nmea.extend(nmea.map(|(number, at)| NmeaSpec { id: format!("nmea{number}"), at: at.clone() }));
         if !order.can.is_empty() {

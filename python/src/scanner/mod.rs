@@ -137,7 +137,7 @@ impl Scanner {
     #[new]
     #[pyo3(signature = (
         model = None, scene = SceneOf::Named(PathBuf::from("spindle")), *, seed = None, optics = None, time_scale = None, start_when = None,
-        tcp = None, pty = None, can = None, nmea = None, faults = None
+        tcp = None, pty = None, can = None, nmea = None, faults = None, rest = None, udp = None, allow_destination = None
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn new(
@@ -153,6 +153,9 @@ impl Scanner {
         can: Option<OneOrMore<String>>,
         nmea: Option<OneOrMore<String>>,
         faults: Option<&Bound<'_, PyAny>>,
+        rest: Option<OneOrMore<String>>,
+        udp: Option<OneOrMore<String>>,
+        allow_destination: Option<OneOrMore<String>>,
     ) -> PyResult<Self> {
         let models = match model {
             None => vec![None],
@@ -177,6 +180,7 @@ impl Scanner {
                 .collect::<Result<_, _>>()
                 .map_err(Failure::from)?,
             faults: order::faults(faults)?,
+            directed: order::directed(all(rest), &all(udp), &all(allow_destination))?,
         };
         order.check()?;
         Ok(Self {

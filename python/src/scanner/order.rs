@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
+use rowscan_bench::{Directed, ScannerSpec, Undirected};
 use rowscan_bus::BusAddress;
 use rowscan_bus::nmea::NmeaAddress;
 use rowscan_emulator::StartWhen;
@@ -34,6 +35,8 @@ pub(super) struct Order {
     pub(super) pty: Option<PathBuf>,
     pub(super) can: Vec<BusAddress>,
     pub(super) nmea: Vec<NmeaAddress>,
+    /// Of scanners with Compact output.
+    pub(super) directed: Directed,
     pub(super) faults: Vec<FaultSpec>,
 }
 
@@ -59,6 +62,39 @@ impl Order {
         };
         Err(Refusal::Usage(refused).into())
     }
+
+    /// Puts destinations and REST interfaces into the scanners that have them.
+    pub(super) fn direct(&self, scanners: &mut [ScannerSpec]) -> Result<(), Failure> {
+        self.directed.add_to(scanners).map_err(|Undirected { unused }| {
+            let why = format!(
+                "`udp`, `rest` and `allow_destination` are for scanners with Compact output, such as picoscan150; found {unused} addresses for no such scanner"
+            );
+            Refusal::Usage(why).into()
+        })
+    }
+}
+
+/// Where datagrams go: the texts of `udp` and `allow_destination`, and REST.
+pub(super) fn directed(
+    rest: Vec<String>,
+    udp: &[String],
+    allow_destination: &[String],
+) -> Result<Directed, Refusal> {
+    let wrong = |key: &str, expected: &str, found: &str| {
+        Refusal::Usage(format!("`{key}`: expected {expected}, found `{found}`"))
+    };
+    let place = |text: &String| {
+        text.parse().map_err(|_| wrong("udp", "an IPv4 address with a port, such as 127.0.0.1:0", text))
+    };
+    let address = |text: &String| {
+        let expected = "an IPv4 address, such as 192.0.2.7";
+        text.parse().map_err(|_| wrong("allow_destination", expected, text))
+    };
+    Ok(Directed {
+        rest,
+        udp: udp.iter().map(place).collect::<Result<_, _>>()?,
+        allowed: allow_destination.iter().map(address).collect::<Result<_, _>>()?,
+    })
 }
 
 /// Where it stands.

@@ -124,6 +124,8 @@ impl Follower {
                     Some(Arrival::Unreadable { fault, received }) => {
                         self.sensor.unreadable(&mut self.pipeline, &fault, received.0).await;
                     }
+                    // The rig says how the scanner moves: nothing is made of its own word yet.
+                    Some(Arrival::Reading { .. }) => {}
                     Some(Arrival::Scan(record)) => {
                         let received = record.received;
                         if let Some(feed) = &mut self.feed {

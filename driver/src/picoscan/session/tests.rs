@@ -114,8 +114,10 @@ impl Bench {
         panic!("{wanted} was not asked");
     }
 
+    /// All but readings: the datagrams of most tests are some.
     fn events(&mut self) -> Vec<HostEvent> {
-        std::iter::from_fn(|| self.session.poll_event()).collect()
+        let all = std::iter::from_fn(|| self.session.poll_event());
+        all.filter(|event| !matches!(event, HostEvent::Reading(_))).collect()
     }
 }
 
@@ -156,6 +158,31 @@ fn the_start_up_is_that_of_sicks_sdk_and_ends_with_a_datagram() {
         assert_eq!(bench.taken[6], ("ScanDataEnable".to_owned(), json!({ "ScanDataEnable": false })));
         assert_eq!((bench.events(), bench.session.is_done()), (vec![HostEvent::Stopped], true));
     }
+}
+
+#[test]
+fn readings_are_asked_for_at_the_port_of_scans_and_told() {
+    let asked = |imu, encoder| {
+        let mut bench = as_delivered();
+        let place = PicoscanAddress { imu, encoder, ..place("servicelevel") };
+        let to = Some("127.0.0.1:2115".parse().expect("an address"));
+        bench.session = PicoSession::new(&place, to, &DriverConfig::default());
+        bench.answer_all(Some(&[1, 2]));
+        bench.hear(&datagram());
+        let events: Vec<_> = std::iter::from_fn(|| bench.session.poll_event()).collect();
+        assert!(matches!(events[..], [HostEvent::Ready(_), HostEvent::Reading(_)]), "{events:?}");
+        let after_format = bench.taken.iter().skip(3).map(|(name, _)| name.clone());
+        for (name, data) in bench.taken.iter().filter(|(name, _)| name.ends_with("EthSettings")) {
+            assert_eq!(data[name.as_str()]["Port"], 2115, "{name}");
+        }
+        after_format.collect::<Vec<_>>()
+    };
+    let imu = ["ImuDataEthSettings", "ImuDataEnable"];
+    let encoder = ["EncoderDataEthSettings", "EncoderDataEnable"];
+    assert_eq!(asked(false, false), ["ScanDataEnable"]);
+    assert_eq!(asked(true, false), [&imu[..], &["ScanDataEnable"]].concat());
+    assert_eq!(asked(false, true), [&encoder[..], &["ScanDataEnable"]].concat());
+    assert_eq!(asked(true, true), [&imu[..], &encoder[..], &["ScanDataEnable"]].concat());
 }
 
 #[test]
