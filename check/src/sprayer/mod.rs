@@ -2,6 +2,7 @@
 
 mod beside;
 mod client;
+mod hearing;
 mod judge;
 mod kept;
 
@@ -13,9 +14,10 @@ mod sensors;
 mod spec;
 mod spray;
 
+pub(crate) use hearing::BoomHearing;
 pub(crate) use judge::judge;
 pub use kept::KeptError;
-pub(crate) use machine::{BoomHearing, Machine};
+pub(crate) use machine::Machine;
 pub(crate) use map::live_map;
 pub(crate) use part::{NAME, SprayerPart};
 pub use run::{Intercepted, Relative, SprayerRun};

@@ -2,7 +2,7 @@
 
 use rowscan_protocol::time::SimTime;
 
-use super::machine::{DeadTimes, Machine, Seen};
+use super::machine::{DeadTimes, Machine, SectionOrder, Seen};
 use crate::isobus::ddi::{self, Work};
 use crate::isobus::implement::{Implement, element};
 
@@ -14,17 +14,6 @@ pub enum OnLoss {
     Close,
     /// They stay as they are.
     Hold,
-}
-
-/// A section is told to open or close.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SectionOrder {
-    /// When.
-    pub at: SimTime,
-    /// The section's number.
-    pub number: u16,
-    /// Whether it shall be open.
-    pub is_open: bool,
 }
 
 /// What one section is to do.

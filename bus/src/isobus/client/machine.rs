@@ -5,8 +5,18 @@ use std::time::Duration;
 
 use rowscan_protocol::time::SimTime;
 
-use super::bank::SectionOrder;
 use crate::isobus::implement::Implement;
+
+/// A section is told to open or close.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SectionOrder {
+    /// When.
+    pub at: SimTime,
+    /// The section's number.
+    pub number: u16,
+    /// Whether it shall be open.
+    pub is_open: bool,
+}
 
 /// What a machine does.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -14,8 +14,8 @@ use std::time::Duration;
 
 use rowscan_protocol::time::SimTime;
 
-pub use bank::{OnLoss, SectionOrder};
-pub use machine::{Machine, Seen};
+pub use bank::OnLoss;
+pub use machine::{Machine, SectionOrder, Seen};
 pub use session::{Connection, Question, Refused};
 
 use self::bank::Bank;
