@@ -13,11 +13,14 @@ const FRESH: Duration = Duration::from_secs(2);
 /// Draws a map of what was done so far, as SVG; none while there is nothing to draw. It may take a second.
 type Draw = dyn Fn() -> Option<String> + Send + Sync;
 
+/// The last drawing, and since when it is there.
+type Drawn = Option<(Stopwatch, Option<String>)>;
+
 /// Where a map is drawn.
 #[derive(Clone)]
 pub(crate) struct MapDesk {
     draw: Arc<Draw>,
-    drawn: Arc<Mutex<Option<(Stopwatch, Option<String>)>>>,
+    drawn: Arc<Mutex<Drawn>>,
 }
 
 impl MapDesk {

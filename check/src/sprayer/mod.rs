@@ -5,7 +5,6 @@ mod client;
 mod hearing;
 mod judge;
 mod kept;
-
 mod machine;
 mod map;
 mod part;
