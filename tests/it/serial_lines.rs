@@ -164,16 +164,24 @@ async fn act(at: &At, client: &mut Option<Client>, what: Act) {
     }
 }
 
-/// Asks for the status, as a careful client does: an answer is a whole telegram, or there is silence, and then it asks again.
+/// After so long without an answer a careful client asks again. A host that is late hands on a pause as none: then what was cut before takes the next
+/// request for its rest.
+const ASKS_AGAIN: Duration = Duration::from_secs(3);
+
+/// Asks for the status, as a careful client does: an answer is a whole telegram, or it asks again.
 async fn is_answered(at: &At, client: Option<Client>) -> bool {
     let mut client = match client {
         Some(client) => client,
         None => Client::open(at).await,
     };
-    client.write(&framed(&[0x31])).await;
     let mut decoder = FrameDecoder::new(Listener::Host);
     let (until, mut acknowledged) = (Instant::now() + PATIENCE, false);
+    let mut asks = Instant::now();
     while Instant::now() < until {
+        if asks <= Instant::now() {
+            client.write(&framed(&[0x31])).await;
+            asks = Instant::now() + ASKS_AGAIN;
+        }
         match client.read(until.min(Instant::now() + Duration::from_millis(100))).await {
             Some(bytes) => decoder.push(&bytes),
             None => decoder.finish(),
