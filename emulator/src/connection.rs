@@ -214,9 +214,6 @@ impl<'a, W: AsyncWrite + Unpin> Conversation<'a, W> {
             self.writer.shutdown().await?;
             return Ok(Next::End);
         }
-        // Only now: no scan may overtake the reply to its subscription.
-        member.set_wants(Wants::of(&self.session));
-        shared.interest.notify_one();
         // Where time waits for its clients, each poll takes the next scan: this client's next one comes after the mirror's turn.
         if shared.clock.delivery().is_patient() && !shared.is_replayed() {
             shared.polls_answered().await;
@@ -255,9 +252,20 @@ impl<'a, W: AsyncWrite + Unpin> Conversation<'a, W> {
     }
 
     /// Sends replies and events, each when the device is done with it.
+    ///
+    /// The mirror knows what the client wants of its scans before the client can read the reply: a client that then lets time go on gets every scan from
+    /// there. It is told after the last delay, since a patient clock would wait for the client meanwhile. No scan overtakes a reply: both are written here.
     async fn reply(&mut self) -> io::Result<Next> {
-        for reply in std::mem::take(&mut self.replies) {
+        let replies = std::mem::take(&mut self.replies);
+        let rested = replies.iter().rposition(|reply| !reply.delay.is_zero()).unwrap_or_default();
+        if replies.is_empty() {
+            self.tell_wants();
+        }
+        for (number, reply) in replies.into_iter().enumerate() {
             self.shared.clock.rest(reply.delay).await;
+            if number == rested {
+                self.tell_wants();
+            }
             // One write a reply: many clients take whatever one read gives as the whole reply.
             self.write(&reply.bytes).await?;
             self.tap.record(Side::Device, &reply.bytes);
@@ -268,11 +276,103 @@ impl<'a, W: AsyncWrite + Unpin> Conversation<'a, W> {
         Ok(Next::GoesOn)
     }
 
+    /// Tells the mirror what the client wants of its scans.
+    fn tell_wants(&self) {
+        if self.shared.is_verbatim() {
+            return;
+        }
+        self.member.set_wants(Wants::of(&self.session));
+        self.shared.interest.notify_one();
+    }
+
     /// Writes to the client; one that takes nothing for long is idle.
     async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.shared.roster.writes(self.member, true);
         self.writer.write_all(bytes).await?;
         self.shared.roster.writes(self.member, false);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+    use std::task::{Context, Poll};
+
+    use rowscan_protocol::device::{Device, Identity};
+    use rowscan_protocol::model;
+    use tokio::io::{DuplexStream, ReadBuf};
+    use tokio::sync::Notify;
+
+    use super::*;
+    use crate::clock::{SimClock, TimeScale};
+    use crate::shared::EmulatorConfig;
+
+    /// A client's line that notes with every reply whether the mirror has an audience.
+    struct Witnessed {
+        line: DuplexStream,
+        shared: Arc<Shared>,
+        seen: Arc<Mutex<Vec<bool>>>,
+    }
+
+    impl AsyncRead for Witnessed {
+        fn poll_read(
+            mut self: Pin<&mut Self>,
+            cx: &mut Context<'_>,
+            out: &mut ReadBuf<'_>,
+        ) -> Poll<io::Result<()>> {
+            Pin::new(&mut self.line).poll_read(cx, out)
+        }
+    }
+
+    impl AsyncWrite for Witnessed {
+        fn poll_write(
+            mut self: Pin<&mut Self>,
+            cx: &mut Context<'_>,
+            bytes: &[u8],
+        ) -> Poll<io::Result<usize>> {
+            let taken = self.shared.roster.has_audience();
+            self.seen.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(taken);
+            Pin::new(&mut self.line).poll_write(cx, bytes)
+        }
+
+        fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+            Pin::new(&mut self.line).poll_flush(cx)
+        }
+
+        fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+            Pin::new(&mut self.line).poll_shutdown(cx)
+        }
+    }
+
+    #[tokio::test]
+    async fn the_mirror_knows_what_a_client_wants_before_the_client_reads_that_it_was_heard() {
+        for model in model::MODELS {
+            let device = Device::new(model, Identity::of(model, 0));
+            let clock = Arc::new(SimClock::start(TimeScale::Max));
+            let config = EmulatorConfig::default();
+            let shared = Shared::new(device, Program::Device, clock, Arc::new(Notify::new()), config);
+            let (mut here, line) = tokio::io::duplex(4096);
+            let seen = Arc::new(Mutex::new(Vec::new()));
+            let witnessed = Witnessed { line, shared: Arc::clone(&shared), seen: Arc::clone(&seen) };
+            let served = tokio::spawn(serve(shared, "a client".to_owned(), witnessed, |_| ()));
+            let steps: [(&str, bool); 5] = [
+                ("sRN DeviceIdent", false),
+                ("sEN LMDscandata 1", true),
+                ("sRN DeviceIdent", true),
+                ("sEN LMDscandata 0", false),
+                ("sRN DeviceIdent", false),
+            ];
+            for (asked, wanted) in steps {
+                here.write_all(format!("\x02{asked}\x03").as_bytes()).await.expect("the line takes it");
+                let mut reply = [0; 512];
+                let read = here.read(&mut reply).await.expect("a reply");
+                assert!(read > 0, "{}: {asked} is not answered", model.name);
+                let seen = std::mem::take(&mut *seen.lock().expect("no panic"));
+                assert_eq!(seen, [wanted], "{}: {asked}", model.name);
+            }
+            drop(here);
+            served.await.expect("the client's end ends it");
+        }
     }
 }

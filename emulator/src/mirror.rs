@@ -66,9 +66,10 @@ impl MirrorSource {
         self.turns.next()
     }
 
-    /// Casts ahead, so that the line is ready before its deadline. One that `hurries` leaves out what the host is too late for.
+    /// Casts ahead, so that the line is ready before its deadline. One that `hurries` leaves out what the host is too late for; one that does not, any
+    /// more, takes up again what was to be left out.
     pub(crate) fn prepare(&mut self, at: SimTime, hurries: bool) {
-        if self.prepared.is_some_and(|(prepared, _)| prepared == at) {
+        if self.prepared.is_some_and(|(prepared, left_out)| prepared == at && (hurries || !left_out)) {
             return;
         }
         let in_time = self.patience.bears(self.shared.clock.lateness(at)) || !hurries;

@@ -2,7 +2,6 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use rowscan_protocol::time::SimTime;
 use tokio::sync::{Notify, watch};
 
 use crate::clock::SimClock;
@@ -22,8 +21,8 @@ struct State {
     /// Steps that may be taken in all; without one, as many as come.
     granted: Option<u64>,
     taken: u64,
-    /// When the last one ended.
-    at: SimTime,
+    /// One is being taken.
+    acting: bool,
 }
 
 impl Steps {
@@ -51,14 +50,20 @@ impl Steps {
         state.granted.is_some_and(|granted| state.taken >= granted)
     }
 
-    /// One more was taken; it ended at `at`. After the last that was granted, `clock` is closed before anyone hears of it.
-    pub(crate) fn take(&self, at: SimTime, clock: &SimClock) {
+    /// One more begins.
+    pub(crate) fn begin(&self) {
+        let _changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
+        self.state.send_modify(|state| state.acting = true);
+    }
+
+    /// One more was taken. After the last that was granted, `clock` is closed before anyone hears of it.
+    pub(crate) fn take(&self, clock: &SimClock) {
         let _changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
         let taken = self.taken() + 1;
         if self.granted().is_some_and(|granted| taken >= granted) {
             clock.gate(true);
         }
-        self.state.send_modify(|state| (state.taken, state.at) = (taken, at));
+        self.state.send_modify(|state| *state = State { taken, acting: false, ..*state });
     }
 
     /// Closes `clock` if all that was granted is taken.
@@ -69,13 +74,14 @@ impl Steps {
         used_up
     }
 
-    /// Grants `more` steps beyond those granted, or beyond those taken where nothing was counted; how many that is in all.
+    /// Grants `more` steps beyond those granted, or beyond those begun where nothing was counted; how many that is in all.
     pub(crate) fn grant(&self, more: u64, clock: &SimClock) -> u64 {
         let mut all = 0;
         {
             let _changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
             self.state.send_modify(|state| {
-                all = state.granted.unwrap_or(state.taken).saturating_add(more);
+                let begun = state.taken + u64::from(state.acting);
+                all = state.granted.unwrap_or(begun).saturating_add(more);
                 state.granted = Some(all);
             });
             clock.gate(self.is_used_up());
@@ -98,5 +104,25 @@ impl Steps {
     pub(crate) async fn reach(&self, taken: u64) {
         // The sender is part of this.
         let _ = self.state.subscribe().wait_for(|state| state.taken >= taken).await;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::TimeScale;
+
+    #[tokio::test]
+    async fn a_step_that_has_begun_is_none_of_those_granted_later() {
+        let clock = SimClock::start(TimeScale::Paced(1.0));
+        let steps = Steps::new(Arc::default());
+        steps.begin();
+        let last = steps.grant(2, &clock);
+        for number in 1..=last {
+            assert!(!steps.is_used_up(), "step {number} of {last}");
+            steps.take(&clock);
+        }
+        assert_eq!((last, steps.is_used_up()), (3, true));
+        assert_eq!(steps.grant(1, &clock), 4, "beyond those granted");
     }
 }

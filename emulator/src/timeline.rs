@@ -130,6 +130,9 @@ impl Timeline {
                         }
                         children.reach(at, self.begun);
                     }
+                    if ends && counts {
+                        self.steps.begin();
+                    }
                     self.fire(at, ends && heard).await?;
                     if ends && heard {
                         self.wait_for(at, Wait::Step).await?;
@@ -138,7 +141,7 @@ impl Timeline {
                         self.fire_children(at, children).await?;
                     }
                     if ends && counts {
-                        self.steps.take(at, &clock);
+                        self.steps.take(&clock);
                     }
                 }
             }
