@@ -46,6 +46,14 @@ pub enum PipelineError {
         /// Given.
         found: usize,
     },
+    /// Too few cards to test the law of remission.
+    #[error(
+        "rig.scanner.remission.others must bring the cards to 3 or more reflectances, the first card's among them, to test how remission goes with power; found {found}"
+    )]
+    Cards {
+        /// Reflectances that differ.
+        found: usize,
+    },
     /// A card's ranges are not in order.
     #[error("the card's ranges must grow from entry to entry, found {before_m} m before {found_m} m")]
     CardOrder {

@@ -44,6 +44,7 @@ mod advance;
 mod beam_line;
 mod by_range;
 pub mod calibration;
+mod card_law;
 mod class;
 mod contact;
 mod cut;
@@ -85,6 +86,7 @@ mod warning;
 pub mod window;
 
 pub use calibration::{Calibration, CalibrationError, CanopyClass, FitError, Sample, fit};
+pub use card_law::CardMisfit;
 pub use class::{ClassKey, RowClass};
 pub use cut::{CutMethod, FoundTree, UnknownCut};
 pub use enough::{Enough, Reached, UNREADABLE};
@@ -97,7 +99,7 @@ pub use leaf::{Known, LeafAreas, LeafSlice, LeafWindow, PieceLeaf, RowLeaf, With
 pub use odometry::{AdvanceSource, GroundSpeed};
 pub use parameters::{AreaForm, Fill, Parameters};
 pub use placing::{PlacedLine, Placing};
-pub use remission::{Knot, RemissionScale};
+pub use remission::{CardDoubt, Knot, RemissionScale};
 pub use stream::Pipeline;
 pub use uncertainty::Uncertainty;
 pub use voxel_edge::{EdgeBy, LOOKS, Sampling};

@@ -5,8 +5,9 @@
 //! logarithm of power, and what a leaf that fills the spot would return.
 
 use rowscan_protocol::optics::{Optics, RemissionCurve};
-use rowscan_protocol::rig::RemissionReading;
+use rowscan_protocol::rig::{CardReading, RemissionReading};
 
+use crate::card_law::{CardMisfit, FirstCard};
 use crate::error::PipelineError;
 use crate::footprint::{FrontWindow, LeafShape};
 use crate::uncertainty::combined;
@@ -25,8 +26,17 @@ pub struct RemissionScale {
     /// What leaves that fill the spot return, by range, nearest first; repeated at the end where there are fewer. Between two of them it goes by the
     /// logarithm of the range, beyond the ends it is that of the end.
     pub full: [Knot; Self::MOST_KNOTS],
-    /// Whether that is known at enough ranges to go by: of a model's curve always, of a card by [`Self::read`].
-    pub enough_readings: bool,
+    /// Why it is not gone by, if a card gives reason to doubt it; a model's curve gives none.
+    pub doubt: Option<CardDoubt>,
+}
+
+/// Why a card is not gone by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CardDoubt {
+    /// It was measured at too few ranges.
+    TooShort,
+    /// Other cards refute that remission goes by the logarithm of power.
+    OtherLaw(CardMisfit),
 }
 
 /// What full leaves return at one range.
@@ -46,6 +56,8 @@ impl RemissionScale {
     pub const LEAST_READINGS: usize = 8;
     /// So many at least on each side of the knee.
     pub const LEAST_A_SIDE: usize = 3;
+    /// Cards of so many reflectances, the first among them, test the law.
+    pub const LEAST_CARDS: usize = 3;
     /// Neighbouring ranges of a card are at most this factor apart.
     pub const WIDEST_STEP: f64 = 1.5;
 
@@ -68,7 +80,7 @@ impl RemissionScale {
             power_sd: None,
             rig_sd: combined([leaf.reflectance_sd / leaf.reflectance, window.power_sd()]),
             full,
-            enough_readings: true,
+            doubt: None,
         })
     }
 
@@ -85,7 +97,7 @@ impl RemissionScale {
         let by_model = Self::of(optics, leaf, window).ok_or(PipelineError::RemissionTellsNoPower)?;
         match reading {
             RemissionReading::Model => Ok(by_model),
-            RemissionReading::Card { reflectance, digits_a_decade, readings, power_sd } => {
+            RemissionReading::Card { reflectance, digits_a_decade, readings, power_sd, others } => {
                 PipelineError::check("rig.scanner.remission.reflectance", *reflectance, 0.01, 1.0)?;
                 let leaves = digits_a_decade * (leaf.reflectance * leaf.cosine / reflectance).log10();
                 let of_leaves: Vec<_> =
@@ -93,17 +105,27 @@ impl RemissionScale {
                 let full = knots(&of_leaves)
                     .ok_or(PipelineError::CardReadings { most: Self::MOST_KNOTS, found: readings.len() })?;
                 let most = 1.0 / leaf.cosine;
-                let enough_readings = enough(readings, optics.near_field_m.value);
-                let scale = Self {
+                let enough = enough(readings, optics.near_field_m.value);
+                let mut scale = Self {
                     digits_a_decade: *digits_a_decade,
                     most,
                     power_sd: Some(*power_sd),
                     // The card was read through the same window.
                     rig_sd: leaf.reflectance_sd / leaf.reflectance,
                     full,
-                    enough_readings,
+                    doubt: (!enough).then_some(CardDoubt::TooShort),
                 };
-                scale.validate().map(|()| scale)
+                scale.validate()?;
+                if !others.is_empty() {
+                    test_others(others, *reflectance, readings)?;
+                    let digits_at = |range_m| scale.full_digits(range_m) - leaves;
+                    let (reflectance, digits_a_decade) = (*reflectance, *digits_a_decade);
+                    let misfit =
+                        CardMisfit::of(&FirstCard { reflectance, digits_at, digits_a_decade }, others);
+                    let refuted = misfit.refutes_logarithm(digits_a_decade, *power_sd);
+                    scale.doubt = scale.doubt.or(refuted.then_some(CardDoubt::OtherLaw(misfit)));
+                }
+                Ok(scale)
             }
         }
     }
@@ -143,6 +165,23 @@ impl RemissionScale {
         }
         from.digits
     }
+}
+
+/// Refuses other cards that test nothing.
+fn test_others(others: &[CardReading], first: f64, readings: &[[f64; 2]]) -> Result<(), PipelineError> {
+    let mut reflectances: Vec<f64> = others.iter().map(|card| card.reflectance).collect();
+    for card in others {
+        PipelineError::check("rig.scanner.remission.others.reflectance", card.reflectance, 0.001, 2.0)?;
+        PipelineError::check("rig.scanner.remission.others.remission", card.remission, -1e4, 1e4)?;
+        let [nearest_m, farthest_m] =
+            [readings.first(), readings.last()].map(|end| end.map_or(0.0, |end| end[0]));
+        PipelineError::check("rig.scanner.remission.others.range_m", card.range_m, nearest_m, farthest_m)?;
+    }
+    reflectances.push(first);
+    reflectances.sort_by(f64::total_cmp);
+    reflectances.dedup();
+    let found = reflectances.len();
+    if found < RemissionScale::LEAST_CARDS { Err(PipelineError::Cards { found }) } else { Ok(()) }
 }
 
 /// Whether a card was measured at enough ranges, dense enough, on both sides of the near-field knee.

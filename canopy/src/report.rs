@@ -8,6 +8,7 @@ use crate::gate::Gate;
 use crate::leaf::{Count, Law, LeafAreas, PieceLeaf, RangedAreas, RowLeaf, Sums, Withheld};
 use crate::odometry::AdvanceSource;
 use crate::pieces::{self, PieceScatter, RowSds};
+use crate::remission::CardDoubt;
 use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
 use crate::uncertainty::{self, Uncertainty};
@@ -334,6 +335,11 @@ fn warn_of_remission(estimate: &mut Estimate, pass: &RowPass, law: &Law<'_>) {
         }
         Some(Withheld::NoWitness) => estimate.warnings.push(Warning::NoWitness),
         Some(Withheld::CardTooShort) => estimate.warnings.push(Warning::CardTooShort),
+        Some(Withheld::CardLaw) => {
+            if let Some(CardDoubt::OtherLaw(misfit)) = scale.doubt {
+                estimate.warnings.push(Warning::CardLaw { misfit });
+            }
+        }
         _ => {}
     }
     if scale.power_sd.is_none() {

@@ -5,6 +5,7 @@ use std::fmt;
 use rowscan_protocol::validity::ScanFault;
 use serde::{Serialize, Serializer};
 
+use crate::card_law::CardMisfit;
 use crate::class::ClassKey;
 use crate::gate::Exclusion;
 use crate::remission::RemissionScale;
@@ -39,6 +40,11 @@ pub enum Warning {
     NoWitness,
     /// The card was measured at too few ranges: the leaf area is by contact.
     CardTooShort,
+    /// Other cards refute that remission goes by the logarithm of power: the leaf area is by contact.
+    CardLaw {
+        /// How far they are off each law.
+        misfit: CardMisfit,
+    },
     /// What remission means is assumed.
     RemissionAssumed,
     /// The rig says how remission is read, and too few hits have one: leaf areas are not by shares of spots.
@@ -219,6 +225,7 @@ impl Warning {
             Self::SharesDisagree { .. } => "shares_disagree",
             Self::NoWitness => "no_witness",
             Self::CardTooShort => "card_too_short",
+            Self::CardLaw { .. } => "card_law",
             Self::CalibratedOnRays => "calibrated_on_rays",
             Self::EchoUnknown => "echo_unknown",
             Self::RemissionAssumed => "remission_assumed",
@@ -289,6 +296,12 @@ impl fmt::Display for Warning {
                 RemissionScale::LEAST_READINGS,
                 RemissionScale::LEAST_A_SIDE,
                 RemissionScale::WIDEST_STEP
+            ),
+            Self::CardLaw { misfit } => write!(
+                f,
+                "the other cards of rig.scanner.remission are {:.1} digits off the logarithm of power that digits_a_decade says, {:.1} off a line and {:.1} off a \
+                 square root ({}): the leaf area is by contact; measure the cards anew, correct digits_a_decade, or say with power_sd how little is known",
+                misfit.logarithm, misfit.line, misfit.root, misfit.best()
             ),
             Self::CalibratedOnRays => f.write_str(
                 "the calibration was fitted on ideal rays: contact, voxel, polar and gap are corrected for the scanner's spot, the regression on I_T is \

@@ -16,7 +16,7 @@ use rowscan_canopy::{
 use rowscan_protocol::optics::{
     DAZZLED, Fact, FactoryEcho, FogFilter, Noise, NoiseShape, Optics, Pulse, RemissionCurve, Spot,
 };
-use rowscan_protocol::rig::{EchoChoice, RemissionReading};
+use rowscan_protocol::rig::{CardReading, EchoChoice, RemissionReading};
 use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
 use slab::*;
 
@@ -196,6 +196,7 @@ fn a_card_that_was_measured_is_as_good_as_the_curve_it_was_measured_on() {
         digits_a_decade: scale.digits_a_decade,
         readings: [0.5, 1.5, 3.0, 6.0].map(|r| [r, scale.full_digits(r) + brighter]).to_vec(),
         power_sd: 0.1,
+        others: Vec::new(),
     };
     let measured = RemissionScale::read(&card, &logarithmic(), leaf, FrontWindow::default()).unwrap();
     for range_m in [0.4, 1.0, 1.7, 2.5, 5.0] {
@@ -229,6 +230,7 @@ fn cards_and_models_that_tell_no_power_are_refused() {
         digits_a_decade: 60.0,
         readings,
         power_sd: 0.1,
+        others: Vec::new(),
     };
     assert!(matches!(read(card(0.5, Vec::new())), PipelineError::CardReadings { found: 0, .. }));
     assert!(matches!(
@@ -384,6 +386,7 @@ fn a_card_of_few_readings_gives_no_shares() {
             digits_a_decade: model_scale().digits_a_decade,
             readings: ranges_m.iter().map(|r| [*r, model_scale().full_digits(*r) + brighter]).collect(),
             power_sd: 0.1,
+            others: Vec::new(),
         };
         RemissionScale::read(&reading, &logarithmic(), leaf, FrontWindow::default()).unwrap()
     };
@@ -402,6 +405,55 @@ fn a_card_of_few_readings_gives_no_shares() {
             "{name}: {codes:?}"
         );
     }
+}
+
+/// Cards of other reflectances, read by a scanner whose digits go by a logarithm and by one whose digits go by the square root of power.
+#[test]
+fn other_cards_bear_the_logarithm_out_or_the_row_goes_by_contact() {
+    use rowscan_canopy::estimate::LeafAreaEstimator::{ContactCalibratedSpotCorrected, ShareCalibrated};
+    let scans = beams_of_rays(1.0, 1.0, 150, 11);
+    let calibration = fitted(&estimated(reading(), None, &scans));
+    let (scale, leaf) = (model_scale(), LeafShape::default());
+    let of_card = |range_m: f64, reflectance: f64| {
+        let brighter = (reflectance / (leaf.reflectance * leaf.cosine)).log10() * scale.digits_a_decade;
+        scale.full_digits(range_m) + brighter
+    };
+    let read_with = |others: Vec<CardReading>| {
+        let reading = RemissionReading::Card {
+            reflectance: 0.5,
+            digits_a_decade: scale.digits_a_decade,
+            readings: [0.7, 0.9, 1.2, 1.5, 1.9, 2.5, 3.3, 4.5].map(|r| [r, of_card(r, 0.5)]).to_vec(),
+            power_sd: 0.1,
+            others,
+        };
+        RemissionScale::read(&reading, &logarithmic(), leaf, FrontWindow::default())
+    };
+    let others = |digits: &dyn Fn(f64, f64) -> f64| {
+        let all =
+            [0.1, 0.25, 0.9].into_iter().flat_map(|reflectance| [1.0, 2.0, 4.0].map(|r| (reflectance, r)));
+        all.map(|(reflectance, range_m)| CardReading {
+            reflectance,
+            range_m,
+            remission: digits(range_m, reflectance),
+        })
+        .collect()
+    };
+    let by = |others| read_as(read_with(others).unwrap(), &calibration, &scans);
+    let (estimator, _, codes) = by(others(&of_card));
+    assert!(estimator == Some(ShareCalibrated) && !codes.contains(&"card_law"), "{codes:?}");
+    let (estimator, found, codes) =
+        by(others(&|range_m, reflectance| of_card(range_m, 0.5) * (reflectance / 0.5).sqrt()));
+    assert!(estimator == Some(ContactCalibratedSpotCorrected) && codes.contains(&"card_law"), "{codes:?}");
+    assert_eq!(found.leaf.areas.share_m2(), Err(Withheld::CardLaw));
+
+    // Cards that test nothing are refused: too few reflectances, a range that the first was not read at.
+    let card = |reflectance, range_m| CardReading { reflectance, range_m, remission: 150.0 };
+    assert_eq!(
+        read_with(vec![card(0.1, 2.0), card(0.5, 2.0)]).unwrap_err(),
+        PipelineError::Cards { found: 2 }
+    );
+    let far = read_with(vec![card(0.1, 2.0), card(0.9, 9.0)]).unwrap_err();
+    assert!(matches!(far, PipelineError::OutOfRange { .. }), "{far}");
 }
 
 #[test]

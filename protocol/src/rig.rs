@@ -16,7 +16,7 @@ mod version;
 
 pub use apart::Apart;
 pub use attitude::{Attitude, Axes};
-pub use remission::RemissionReading;
+pub use remission::{CardReading, RemissionReading};
 pub use roof::Roof;
 pub use version::{OLDEST_VERSION, OldRoof, VERSION};
 

@@ -4,6 +4,7 @@ use super::sums::Sums;
 use super::withheld::Withheld;
 use crate::calibration::{Calibration, ContactScale};
 use crate::class::ClassKey;
+use crate::remission::CardDoubt;
 use crate::row::{Row, Totals};
 
 /// Of so many hits at least, remission must be known.
@@ -66,8 +67,10 @@ impl<'a> Counted<'a> {
             return Err(Withheld::NoShares);
         }
         let share = calibration.share.as_ref().ok_or(Withheld::NoShares)?;
-        if !scale.enough_readings {
-            return Err(Withheld::CardTooShort);
+        match scale.doubt {
+            Some(CardDoubt::TooShort) => return Err(Withheld::CardTooShort),
+            Some(CardDoubt::OtherLaw(_)) => return Err(Withheld::CardLaw),
+            None => {}
         }
         let (ratio, [low, high]) =
             shares_over_contact(calibration, &Sums::from(totals)).ok_or(Withheld::NoWitness)?;

@@ -59,6 +59,7 @@ reasons! {
     SharesDisagree = 17, "shares_disagree", "shares of spots and contact agree otherwise than on the calibration's rows";
     NoWitness = 18, "no_witness", "the calibration does not say how shares of spots and contact agree";
     CardTooShort = 19, "card_too_short", "the card was measured at too few ranges";
+    CardLaw = 20, "card_law", "other cards refute that remission goes by the logarithm of power";
 }
 
 impl fmt::Display for Withheld {

@@ -23,7 +23,25 @@ pub enum RemissionReading {
         /// Relative standard deviation of the power that a full leaf returns, as told by the card.
         #[cfg_attr(feature = "serde", serde(default = "tenth"))]
         power_sd: f64,
+        /// Other cards, such as `[{ reflectance = 0.05, range_m = 2.0, remission = 116.0 }, …]`: two reflectances or more besides the first card's, at ranges of its
+        /// readings. They test that remission goes by the logarithm of power; where they refute it the leaf area is by contact.
+        #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Vec::is_empty"))]
+        others: Vec<CardReading>,
     },
+}
+
+/// What one card read at one range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct CardReading {
+    /// Share of light that the card returns at the scanner's wavelength.
+    pub reflectance: f64,
+    /// Its range, metres.
+    pub range_m: f64,
+    /// Mean remission on the 8-bit scale.
+    pub remission: f64,
 }
 
 #[cfg(feature = "serde")]

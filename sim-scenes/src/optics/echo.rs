@@ -4,12 +4,14 @@ use rowscan_protocol::optics::{FogFilter, Pulse};
 
 use super::groups::Sums;
 use super::parts::Parts;
+use super::settings::{Blend, OpticsSettings};
 use super::touch::{NO_RAY, Touch};
+use super::waveform::Waveform;
 
 /// One echo of a beam, before it is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Echo {
-    /// Power-weighted mean.
+    /// As its returns blend.
     pub(super) range_m: f64,
     pub(super) power: f64,
     /// Share of the beam that went there.
@@ -23,6 +25,9 @@ pub(super) struct Echo {
 /// What becomes an echo.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rules {
+    pub(super) blend: Blend,
+    /// Of `Blend::Pulse`.
+    pub(super) waveform: Waveform,
     pub(super) merged_m: f64,
     pub(super) apart_m: f64,
     /// Least power that is detected in this shot.
@@ -36,9 +41,17 @@ pub(super) struct Rules {
 }
 
 impl Rules {
-    pub(super) fn of(pulse: &Pulse, min_share: f64, most: usize) -> Self {
-        let (merged_m, apart_m) = (pulse.merged_m.value, pulse.apart_m.value);
-        Self { merged_m, apart_m, least_power: 0.0, min_share, fog: FogFilter::None, most }
+    pub(super) fn of(pulse: &Pulse, settings: &OpticsSettings, most: usize) -> Self {
+        Self {
+            blend: settings.blend,
+            waveform: Waveform::new(settings.pulse_m),
+            merged_m: pulse.merged_m.value,
+            apart_m: pulse.apart_m.value,
+            least_power: 0.0,
+            min_share: settings.min_share,
+            fog: FogFilter::None,
+            most,
+        }
     }
 
     pub(super) fn detects(&self, echo: &Echo) -> bool {
@@ -50,9 +63,17 @@ impl Rules {
     /// The echoes of beam `lane`, nearest first, of the groups that its parts are in.
     pub(super) fn echoes(&self, groups: &[Sums], parts: &Parts, lane: usize, echoes: &mut Vec<Echo>) {
         echoes.clear();
-        let found = groups.iter().filter_map(|group| Echo::of(group, parts, lane));
-        echoes.extend(found.filter(|echo| self.detects(echo)));
-        self.disturb(echoes);
+        let in_groups =
+            |nearest| groups.iter().filter_map(move |group| Echo::of(group, parts, lane, nearest));
+        match self.blend {
+            Blend::Mean => echoes.extend(in_groups(false)),
+            Blend::Nearest => echoes.extend(in_groups(true)),
+            Blend::Pulse => self.waveform.echoes(&mut parts.beam(lane).collect(), echoes),
+        }
+        echoes.retain(|echo| self.detects(echo));
+        if self.blend == Blend::Mean {
+            self.disturb(echoes);
+        }
         echoes.truncate(self.most);
     }
 
@@ -84,14 +105,14 @@ pub(super) fn nearest(touches: impl Iterator<Item = Touch>, echoes: &mut Vec<Ech
 }
 
 impl Echo {
-    /// Of one beam's returns in a group. None without power.
-    fn of(group: &Sums, parts: &Parts, lane: usize) -> Option<Self> {
+    /// Of one beam's returns in a group, at their mean or at the nearest of them. None without power.
+    fn of(group: &Sums, parts: &Parts, lane: usize, nearest: bool) -> Option<Self> {
         let Sums { from_m, power, share, first, second, column } = group;
         let [from_m, power, share, first, second, column] = [from_m, power, share, first, second, column]
             .map(|row| row.0.get(lane).copied().unwrap_or_default());
         let mean_m = first / power;
         (power > 0.0).then(|| Self {
-            range_m: from_m + mean_m,
+            range_m: if nearest { from_m } else { from_m + mean_m },
             power,
             share,
             spread_m: 2.0 * (second / power - mean_m * mean_m).max(0.0).sqrt(),
@@ -109,6 +130,8 @@ mod tests {
     use crate::optics::groups::Grouping;
 
     const RULES: Rules = Rules {
+        blend: Blend::Mean,
+        waveform: Waveform::new(0.75),
         merged_m: 1.0,
         apart_m: 2.0,
         least_power: 0.0,
@@ -156,6 +179,23 @@ mod tests {
         let before = two(2.0, 2.9999, RULES)[0].range_m;
         let after = two(2.0, 3.0001, RULES);
         assert!((before - after[0].range_m).abs() < 1e-3 && after.len() == 2, "{before} {after:?}");
+    }
+
+    /// One rule is as good as another where nothing blends; where something does, the mean is the farthest and the first rise the nearest.
+    #[test]
+    fn the_rules_differ_where_returns_share_a_pulse_and_nowhere_else() {
+        let by = |blend, near_m, far_m| two(near_m, far_m, Rules { blend, ..RULES });
+        let forms = [Blend::Nearest, Blend::Pulse, Blend::Mean];
+        let [nearest, pulse, mean] = forms.map(|blend| by(blend, 2.0, 2.5)[0]);
+        assert!((nearest.range_m - 2.0).abs() < 1e-12 && nearest.range_m < pulse.range_m);
+        assert!(pulse.range_m < mean.range_m, "{pulse:?} {mean:?}");
+        for echo in [nearest, pulse] {
+            assert!((echo.power - mean.power).abs() < 1e-12 && (echo.share - mean.share).abs() < 1e-12);
+        }
+        for echoes in forms.map(|blend| by(blend, 2.0, 4.5)) {
+            let ranges = echoes.iter().map(|echo| (1e6 * echo.range_m).round()).collect::<Vec<_>>();
+            assert_eq!(ranges, [2e6, 4.5e6]);
+        }
     }
 
     #[test]

@@ -109,7 +109,7 @@ impl Eye {
         let unit = settings.unit_of(seed, scanner);
         let seed = seed ^ (scanner as u64).rotate_left(32);
         Self {
-            rules: Rules::of(&model.optics.pulse, settings.min_share, most),
+            rules: Rules::of(&model.optics.pulse, settings, most),
             optics: *model.optics,
             limits: model.limits,
             seed,

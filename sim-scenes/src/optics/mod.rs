@@ -22,6 +22,7 @@ mod spot;
 mod stage;
 mod swept;
 mod touch;
+mod waveform;
 
 pub use air::{
     Air, BACKSCATTER_SR, DUST_BACKSCATTER_SR, FlowChange, Moment, Plume, Source, Sun, WindowSector,
@@ -30,5 +31,5 @@ pub use casts::EyeCaster;
 pub use energy::Reflectance;
 pub use eye::{Eye, EyeEcho, EyeModel};
 pub use ideal::{NO_ECHO_MM, RangeLimits, measure, remission};
-pub use settings::{NoiseLevel, OpticsSettings};
+pub use settings::{Blend, NoiseLevel, OpticsSettings};
 pub use stage::{Stage, StageInfo, Stages, StagesError};

@@ -19,6 +19,10 @@ pub struct OpticsSettings {
     pub quality: u8,
     /// The distance at which the spot has that many planes and rays, metres: the middle of the canopy. Nearer and farther spots share them.
     pub reference_range_m: f64,
+    /// What the range of an echo is whose returns are closer than a pulse. Needs the stage `echoes`.
+    pub blend: Blend,
+    /// How wide a pulse is at half its height, metres of range, where `blend` is `pulse`: 5 ns are 0.75 m.
+    pub pulse_m: f64,
     /// Share of the spot that an echo must have, 0 to 1, besides the least power that is detected. 0 is what is known of factory settings.
     pub min_share: f64,
     /// The unit's seed: its fixed pattern, systematic error and bend. Left out, the scene's seed.
@@ -35,6 +39,19 @@ pub struct OpticsSettings {
     pub reflectance: Reflectance,
     /// Weather, spray and dirt; clear where left out.
     pub air: Air,
+}
+
+/// What the range of an echo is whose returns are closer than a pulse. No maker tells it: three rules, of which recordings of edges exclude none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Blend {
+    /// The mean by power of the returns within 1 m
+    #[default]
+    Mean,
+    /// The peak of the sum of Gaussian pulses
+    Pulse,
+    /// The nearest return within 1 m: a receiver that times the first rise
+    Nearest,
 }
 
 /// How much ranges scatter.
@@ -54,6 +71,8 @@ impl Default for OpticsSettings {
             stages: Stages::IDEAL,
             quality: 2,
             reference_range_m: 2.5,
+            blend: Blend::Mean,
+            pulse_m: 0.75,
             min_share: 0.0,
             unit: None,
             bent_plane: false,
@@ -73,6 +92,7 @@ impl OpticsSettings {
     pub fn validate(&self) -> Result<(), ParameterError> {
         require((1..=4).contains(&self.quality), "optics.quality", "from 1 to 4", self.quality)?;
         require_within("optics.reference_range_m", self.reference_range_m, 0.1, 50.0)?;
+        require_within("optics.pulse_m", self.pulse_m, 0.05, 5.0)?;
         require_within("optics.min_share", self.min_share, 0.0, 1.0)?;
         require_within("optics.wetness", self.wetness, 0.0, 1.0)?;
         self.reflectance.validate()?;
