@@ -25,6 +25,8 @@ pub struct Footprint {
     pub least_power: f64,
     /// Smallest share of a full echo that is reported, whatever the range; 0 without a filter of small pulses.
     pub least_share: f64,
+    /// Its standard deviation.
+    pub least_share_sd: f64,
     /// The leaves.
     pub leaf: LeafShape,
     /// The echo that is reported; `None` where nobody knows.
@@ -108,7 +110,17 @@ impl Footprint {
         let merged_m = optics.pulse.merged_m.value;
         let echo = Some(EchoChoice::First);
         let (clumping, clump_m) = (1.0, CROWN_CLUMP_M);
-        Self { spot: optics.spot, least_power, least_share: 0.0, leaf, echo, merged_m, clumping, clump_m }
+        Self {
+            spot: optics.spot,
+            least_power,
+            least_share: 0.0,
+            least_share_sd: 0.0,
+            leaf,
+            echo,
+            merged_m,
+            clumping,
+            clump_m,
+        }
     }
 
     /// The same behind this window: it takes more to be detected.
@@ -125,6 +137,7 @@ impl Footprint {
         PipelineError::check("footprint.spot", self.spot.nominal_m(1.0), 0.0, 0.5)?;
         PipelineError::check("footprint.least_power", self.least_power, 0.0, 1.0)?;
         PipelineError::check("footprint.least_share", self.least_share, 0.0, 1.0)?;
+        PipelineError::check("footprint.least_share_sd", self.least_share_sd, 0.0, 1.0)?;
         PipelineError::check("footprint.leaf.area_m2", self.leaf.area_m2, 1e-6, 1.0)?;
         PipelineError::check("footprint.leaf.outline_m", self.leaf.outline_m, 1e-3, 10.0)?;
         PipelineError::check("footprint.leaf.reflectance", self.leaf.reflectance, 0.01, 1.0)?;
@@ -151,6 +164,19 @@ impl Footprint {
     pub fn relative_sd(&self, range_m: f64, projection: f64) -> f64 {
         let rim = self.rim(range_m, projection);
         (CLUMPING_SD * rim.share.abs() / self.inflation(range_m, projection)).min(1.0)
+    }
+
+    /// Relative standard deviation of I by how well the smallest share is known that is an echo.
+    pub fn least_share_relative_sd(&self, range_m: f64, projection: f64) -> f64 {
+        let inflation = |least_share: f64| {
+            Self { least_share: least_share.clamp(0.0, 1.0), ..*self }.inflation(range_m, projection)
+        };
+        let [fewer, more] =
+            [self.least_share + self.least_share_sd, self.least_share - self.least_share_sd].map(inflation);
+        // All of it lies on one side where no less than nothing can be asked for.
+        (more - fewer).abs()
+            / (if self.least_share < self.least_share_sd { 1.0 } else { 2.0 })
+            / self.inflation(range_m, projection)
     }
 
     fn rim(&self, range_m: f64, projection: f64) -> Rim {
@@ -244,6 +270,7 @@ mod tests {
             spot: lms1xx_spot(),
             least_power: 0.0,
             least_share: 0.0,
+            least_share_sd: 0.0,
             leaf: LeafShape::default(),
             echo: Some(EchoChoice::First),
             merged_m: 0.0,
@@ -273,12 +300,29 @@ mod tests {
             spot: lms1xx_spot(),
             least_power: 0.1 / (18.0 * 18.0),
             least_share: 0.0,
+            least_share_sd: 0.0,
             leaf: LeafShape::default(),
             echo: Some(EchoChoice::First),
             merged_m: 1.0,
             clumping: 1.0,
             clump_m: CROWN_CLUMP_M,
         }
+    }
+
+    /// Measured: rows whose unit asks for 5, 10 and 15 % of the spot read 10, 18 and 23 % lower by contact than those of one that asks for nothing.
+    #[test]
+    fn a_unit_that_asks_for_a_share_of_the_spot_meets_fewer_leaves_and_not_to_know_it_costs_as_much() {
+        let of = |least_share, least_share_sd| Footprint { least_share, least_share_sd, ..lms111() };
+        let known = of(0.0, 0.0);
+        assert_eq!(known.least_share_relative_sd(2.0, 0.5), 0.0);
+        for (share, lost) in [(0.05, 0.05..0.16), (0.10, 0.10..0.25), (0.15, 0.15..0.35)] {
+            let less = 1.0 - of(share, 0.0).inflation(2.0, 0.5) / known.inflation(2.0, 0.5);
+            assert!(lost.contains(&less), "{share} {less}");
+            let unknown = of(0.0, share).least_share_relative_sd(2.0, 0.5);
+            assert!((unknown - less).abs() < 1e-12, "{share} {unknown}");
+        }
+        let about = of(0.10, 0.05).least_share_relative_sd(2.0, 0.5);
+        assert!((0.02..0.15).contains(&about), "{about}");
     }
 
     #[test]

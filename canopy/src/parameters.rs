@@ -109,6 +109,11 @@ impl Parameters {
         self.footprint.map_or(1.0, |footprint| footprint.inflation(range_m, self.projection))
     }
 
+    /// Relative standard deviation of every density by how well the smallest share is known that is an echo; 0 for ideal rays.
+    pub(crate) fn least_share_relative_sd(&self, range_m: f64) -> f64 {
+        self.footprint.map_or(0.0, |footprint| footprint.least_share_relative_sd(range_m, self.projection))
+    }
+
     /// Relative standard deviation of every density for what the beams' width was taken out by; 0 for ideal rays.
     pub(crate) fn spot_relative_sd(&self, range_m: f64) -> f64 {
         self.footprint.map_or(0.0, |footprint| footprint.relative_sd(range_m, self.projection))

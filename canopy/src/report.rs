@@ -194,6 +194,7 @@ fn tell_how_sure(
             let power_sd = uncertainty::combined([scale.power_sd.unwrap_or(0.0), scale.rig_sd]);
             amplified * uncertainty::combined([SHARES_SD, BY_POWER * power_sd])
         }),
+        min_share: Some(pass.row.least_share_relative_sd()).filter(|sd| *sd > 0.0).map(|sd| amplified * sd),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
     // The error of the spot correction is part of a calibration on wide beams.
@@ -203,11 +204,11 @@ fn tell_how_sure(
     let leaf_m2 = leaf.areas.best_m2().ok();
     let ends = |sd: f64| leaf_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
     let (of_density, of_remission) = (parts.density.unwrap_or(0.0), parts.remission.unwrap_or(0.0));
-    let of_factor = parts.calibration.unwrap_or(0.0);
+    let (of_factor, of_share) = (parts.calibration.unwrap_or(0.0), parts.min_share.unwrap_or(0.0));
     let all = parts
         .sampling
         .zip(parts.between_class)
-        .map(|(a, b)| uncertainty::combined([a, b, of_density, of_factor, of_remission, of_spot]));
+        .map(|(a, b)| uncertainty::combined([a, b, of_density, of_factor, of_remission, of_share, of_spot]));
     leaf.sampling_error_m2 = parts.sampling.and_then(ends);
     leaf.interval_m2 = all.and_then(ends);
     leaf.uncertainty = Some(parts);

@@ -135,6 +135,11 @@ impl Row {
         self.parameters.spot_relative_sd(self.frame.distance_m)
     }
 
+    /// The same by how well the smallest share is known that is an echo.
+    pub(crate) fn least_share_relative_sd(&self) -> f64 {
+        self.parameters.least_share_relative_sd(self.frame.distance_m)
+    }
+
     /// How remission is read, where it is.
     pub(crate) fn remission(&self) -> Option<&RemissionScale> {
         self.parameters.remission.as_ref()

@@ -126,6 +126,7 @@ fn footprint(radius_m: f64, least_share: f64, clumping: f64) -> Footprint {
         spot,
         least_power: 0.0,
         least_share,
+        least_share_sd: 0.0,
         leaf,
         echo,
         merged_m: 0.0,

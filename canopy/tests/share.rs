@@ -133,6 +133,7 @@ fn no_rims() -> Footprint {
         },
         least_power: 0.0,
         least_share: 0.0,
+        least_share_sd: 0.0,
         leaf: LeafShape::default(),
         echo: Some(EchoChoice::First),
         merged_m: MERGED_M,

@@ -40,6 +40,7 @@ fn rays(echo: Option<EchoChoice>) -> Footprint {
         spot: Spot { exit_mm: none, divergence_mrad: none, sweep_mrad: none, effective: Fact::assumed(1.0) },
         least_power: 0.0,
         least_share: 0.0,
+        least_share_sd: 0.0,
         leaf: LeafShape::default(),
         echo,
         merged_m: 0.0,

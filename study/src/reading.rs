@@ -215,7 +215,9 @@ fn footprint(rig: &Rig, mount: &Mount, live: bool) -> Option<Footprint> {
     let model = AnyModel::by_name(&mount.model)?;
     let first_by_itself = model.optics().factory_echo != FactoryEcho::Last;
     let echo = mount.echo.or((live || first_by_itself).then_some(EchoChoice::First));
-    Some(Footprint { echo, ..Footprint::of(model.optics(), leaves(rig)) }.behind(window(mount)))
+    let (least_share, least_share_sd) = (mount.min_share, mount.min_share_sd);
+    let of_model = Footprint::of(model.optics(), leaves(rig));
+    Some(Footprint { echo, least_share, least_share_sd, ..of_model }.behind(window(mount)))
 }
 
 /// Where the mount's model can measure, if the model is known.

@@ -31,6 +31,9 @@ pub struct Uncertainty {
     /// returns. `None` elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remission: Option<f64>,
+    /// Of how well the smallest share of a spot is known that is an echo; `None` where the rig does not say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_share: Option<f64>,
     /// Blocks of row that were drawn from.
     pub blocks: u32,
 }

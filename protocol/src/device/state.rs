@@ -13,7 +13,7 @@ use super::ticks::TickCounter;
 use super::troubles::Troubles;
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
-use crate::model::{MODELS, Model, Password, ScanMode};
+use crate::model::{self, Model, Password, ScanMode};
 use crate::optics::FactoryEcho;
 use crate::telegram::{DateTime, LmdScandata, fr_echo_filter, ms_suppmode};
 use crate::time::SimTime;
@@ -66,7 +66,7 @@ impl Default for Identity {
 impl Identity {
     /// Of scanner number `index` of a bench, from 0: no two scanners of one bench, and no two models, have all in common.
     pub fn of(model: &Model, index: usize) -> Self {
-        let place = MODELS.iter().position(|other| other.name == model.name).unwrap_or_default();
+        let place = model::all().position(|other| other.name == model.name).unwrap_or_default();
         let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
         let (place, index) = (number(place), number(index));
         Self {

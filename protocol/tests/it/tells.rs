@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 use crate::bench::Bench;
 use rowscan_protocol::device::{DialectPolicy, Identity, MeasuredLine, Session, scan_event};
 use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::model::{MODELS, by_ident};
+use rowscan_protocol::model::{self, MODELS, by_ident};
 use rowscan_protocol::time::SimTime;
 
 #[test]
 fn no_two_scanners_of_a_bench_have_their_numbers_in_common() {
     let (mut serials, mut uses) = (BTreeSet::new(), BTreeSet::new());
-    for model in MODELS {
+    for model in model::all() {
         let mut of_model = BTreeSet::new();
         for index in 0..4 {
             let Identity { serial_number, operating_hours, power_on_count, .. } = Identity::of(model, index);
@@ -27,7 +27,7 @@ fn no_two_scanners_of_a_bench_have_their_numbers_in_common() {
 
 #[test]
 fn what_a_model_says_of_itself_leads_back_to_it() {
-    for model in MODELS {
+    for model in model::all() {
         let said = format!("{} {}", model.ident_name, model.ident_version);
         let found: Vec<_> = by_ident(&said).collect();
         assert!(found.iter().any(|other| other.name == model.name), "{said}");
