@@ -69,6 +69,13 @@ impl Placing {
         let (row_m, sense) = self.row;
         [row_m + sense * (pose.x_m + x), pose.y_m + y, pose.z_m + z]
     }
+
+    /// Where the scanner was when the mirror turned to a beam, metres, and the beam's unit direction: origin + range × direction is what
+    /// [`place`](Self::place) gives.
+    pub fn shot(&self, line: &PlacedLine, beam: usize) -> ([f64; 3], [f64; 3]) {
+        let (origin, ahead) = (self.place(line, beam, 0.0), self.place(line, beam, 1.0));
+        (origin, std::array::from_fn(|axis| ahead[axis] - origin[axis]))
+    }
 }
 
 /// The beams of one scan, and when they were measured.
