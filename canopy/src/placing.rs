@@ -140,6 +140,32 @@ mod tests {
     }
 
     #[test]
+    fn a_shot_leads_to_its_points_however_the_scanner_is_mounted() {
+        for (row, orientation, yaw_deg, pitch_deg, layer_deg) in [
+            (RowSide::Right, Orientation::Side, 0.0, 0.0, 0.0),
+            (RowSide::Right, Orientation::Side, 12.0, -7.0, 2.5),
+            (RowSide::Left, Orientation::Side, -30.0, 5.0, -5.0),
+            (RowSide::Left, Orientation::Up, 9.0, 3.0, 2.5),
+        ] {
+            let mount = Mount { row, orientation, yaw_deg, pitch_deg, ..Mount::default() };
+            let placing = Placing::new(Some(Rig { scanners: vec![mount], ..both_sides() }), 0, None);
+            let line = PlacedLine::new(3.0, 10.0, BeamGrid::spanning(-450_000, 2_250_000, 5000), layer_deg);
+            for beam in (0..540).step_by(27) {
+                let (origin, direction) = placing.shot(&line, beam);
+                let length = direction.iter().map(|part| part * part).sum::<f64>().sqrt();
+                assert!((length - 1.0).abs() < 1e-9, "beam {beam}: {length}");
+                let point = placing.place(&line, beam, 37.5);
+                for axis in 0..3 {
+                    assert!(
+                        (origin[axis] + 37.5 * direction[axis] - point[axis]).abs() < 1e-6,
+                        "beam {beam}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
     fn each_row_stands_where_the_orchard_has_it_and_each_beam_where_the_tractor_was() {
         let rig = both_sides();
         let beside_m = rig.scanners[0].distance_m - 1.5;

@@ -5,8 +5,8 @@ use rowscan_protocol::scan::Scan;
 
 use super::{Column, ExportError, Kind, RowError, Rows, Table};
 
-/// Every beam of every scan, with an echo or without: origin (metres), unit direction, number of echoes, range of each echo (metres, NaN for an echo
-/// that was not measured), time on the device's clock (seconds), scan and beam from 0. Places are those of [`PointRows`](super::PointRows):
+/// Every beam of every scan, with an echo or without, but those of which it is not known (a dazzled receiver): origin (metres), unit direction, number of echoes, range of each echo (metres, NaN where there
+/// was none), time on the device's clock (seconds), scan and beam from 0. Places are those of [`PointRows`](super::PointRows):
 /// origin + range × direction is the point.
 #[derive(Clone, Debug)]
 pub struct ShotRows {
@@ -65,6 +65,12 @@ impl Rows for ShotRows {
         }
         let line = self.placing.line(scan);
         for beam in 0..scan.beams.len() {
+            let mut ranges = scan.echoes.iter().map(|echo| echo.range_m.get(beam));
+            // Neither a hit nor a miss: voxels on its way must not count as free.
+            if scan.echoes.is_empty() || ranges.any(|range_m| range_m.is_none_or(|range_m| range_m.is_nan()))
+            {
+                continue;
+            }
             let (origin, direction) = self.placing.shot(&line, beam);
             let range_m = |order: usize| {
                 let range_m = scan.echoes.get(order).and_then(|echo| echo.range_m.get(beam)).copied();
@@ -80,5 +86,78 @@ impl Rows for ShotRows {
         }
         self.scans += 1;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rowscan_protocol::angle::BeamGrid;
+    use rowscan_protocol::rig::{Mount, Rig};
+    use rowscan_protocol::scan::{DAZZLED, Echo, NO_ECHO};
+
+    use super::*;
+    use crate::export::PointRows;
+
+    fn scan() -> Scan {
+        let echo = |range_m: [f64; 4]| Echo { range_m: range_m.to_vec(), ..Echo::default() };
+        Scan {
+            beams: BeamGrid::spanning(0, 1_500_000, 500_000),
+            scan_frequency_hz: 50.0,
+            echoes: vec![echo([1.5, NO_ECHO, DAZZLED, 2.0]), echo([NO_ECHO, NO_ECHO, DAZZLED, 3.0])],
+            ..Scan::default()
+        }
+    }
+
+    fn rows(mut of: impl Rows, scan: &Scan) -> Vec<Vec<f64>> {
+        let mut rows = Vec::new();
+        of.push(scan, 0.0, &mut |row| {
+            rows.push(row.to_vec());
+            Ok(())
+        })
+        .expect("rows");
+        rows
+    }
+
+    fn placing(yaw_deg: f64) -> Placing {
+        let mount = Mount { yaw_deg, ..Mount::default() };
+        Placing::new(Some(Rig { scanners: vec![mount], ..Rig::default() }), 0, None)
+    }
+
+    /// The largest distance of a shot's echo from the point of the same beam and echo, metres.
+    fn apart_m(shots: &[Vec<f64>], points: &[Vec<f64>]) -> f64 {
+        let of = |point: &Vec<f64>| {
+            let shot = shots.iter().find(|shot| shot[11] == point[7]).expect("a shot of every point");
+            let range_m = shot[7 + point[8] as usize];
+            (0..3)
+                .map(|axis| (shot[axis] + range_m * shot[3 + axis] - point[axis]).powi(2))
+                .sum::<f64>()
+                .sqrt()
+        };
+        points.iter().map(of).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn misses_are_rows_and_dazzled_beams_are_none() {
+        let shots = rows(ShotRows::new(placing(0.0)), &scan());
+        let counts: Vec<_> = shots.iter().map(|shot| (shot[11], shot[6])).collect();
+        assert_eq!(counts, [(0.0, 1.0), (1.0, 0.0), (3.0, 2.0)]);
+        assert_eq!(ShotRows::new(placing(0.0)).table(&scan()).columns.len(), shots[0].len());
+    }
+
+    #[test]
+    fn an_echo_lies_where_its_point_does_and_not_without_the_mounts_rotation() {
+        let points = rows(PointRows::new(placing(20.0)), &scan());
+        assert_eq!(points.len(), 3);
+        assert!(apart_m(&rows(ShotRows::new(placing(20.0)), &scan()), &points) < 1e-6);
+        assert!(apart_m(&rows(ShotRows::new(placing(0.0)), &scan()), &points) > 0.1);
+    }
+
+    #[test]
+    fn a_scan_with_more_echoes_than_the_first_is_refused() {
+        let mut shots = ShotRows::new(placing(0.0));
+        let first = Scan { echoes: scan().echoes[..1].to_vec(), ..scan() };
+        shots.push(&first, 0.0, &mut |_| Ok(())).expect("the first");
+        let why = shots.push(&scan(), 0.0, &mut |_| Ok(())).expect_err("refused").to_string();
+        assert!(why.contains("scan 1 has 2 echoes a beam, the first scan 1"), "{why}");
     }
 }
