@@ -69,6 +69,13 @@ impl Placing {
         let (row_m, sense) = self.row;
         [row_m + sense * (pose.x_m + x), pose.y_m + y, pose.z_m + z]
     }
+
+    /// Where the scanner was when the mirror turned to a beam, metres, and the beam's unit direction: origin + range × direction is what
+    /// [`place`](Self::place) gives.
+    pub fn shot(&self, line: &PlacedLine, beam: usize) -> ([f64; 3], [f64; 3]) {
+        let (origin, ahead) = (self.place(line, beam, 0.0), self.place(line, beam, 1.0));
+        (origin, std::array::from_fn(|axis| ahead[axis] - origin[axis]))
+    }
 }
 
 /// The beams of one scan, and when they were measured.
@@ -128,6 +135,32 @@ mod tests {
                     (y_m - sense * 2.0 * 2.5f64.to_radians().sin()).abs() < 1e-12,
                     "{roof:?} {row:?}: {y_m}"
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn a_shot_leads_to_its_points_however_the_scanner_is_mounted() {
+        for (row, orientation, yaw_deg, pitch_deg, layer_deg) in [
+            (RowSide::Right, Orientation::Side, 0.0, 0.0, 0.0),
+            (RowSide::Right, Orientation::Side, 12.0, -7.0, 2.5),
+            (RowSide::Left, Orientation::Side, -30.0, 5.0, -5.0),
+            (RowSide::Left, Orientation::Up, 9.0, 3.0, 2.5),
+        ] {
+            let mount = Mount { row, orientation, yaw_deg, pitch_deg, ..Mount::default() };
+            let placing = Placing::new(Some(Rig { scanners: vec![mount], ..both_sides() }), 0, None);
+            let line = PlacedLine::new(3.0, 10.0, BeamGrid::spanning(-450_000, 2_250_000, 5000), layer_deg);
+            for beam in (0..540).step_by(27) {
+                let (origin, direction) = placing.shot(&line, beam);
+                let length = direction.iter().map(|part| part * part).sum::<f64>().sqrt();
+                assert!((length - 1.0).abs() < 1e-9, "beam {beam}: {length}");
+                let point = placing.place(&line, beam, 37.5);
+                for axis in 0..3 {
+                    assert!(
+                        (origin[axis] + 37.5 * direction[axis] - point[axis]).abs() < 1e-6,
+                        "beam {beam}"
+                    );
+                }
             }
         }
     }

@@ -10,7 +10,7 @@ use super::interrupt::Interrupt;
 use super::output::{name_of, say};
 use super::table_file::TableFile;
 use super::{Failure, Outcome};
-use crate::export::{PointRows, RowError, Rows, ScanRows, TableFormat};
+use crate::export::{PointRows, RowError, Rows, ScanRows, ShotRows, TableFormat};
 use rowscan_emulator::ViewError;
 use rowscan_emulator::stage::StageError;
 
@@ -56,6 +56,8 @@ enum What {
     Points,
     /// One scan a row, one beam a column
     Scans,
+    /// One beam a row, with an echo or without: origin, unit direction, range of each echo
+    Shots,
 }
 
 impl From<To> for TableFormat {
@@ -71,9 +73,10 @@ impl From<To> for TableFormat {
 }
 
 pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
-    if args.what == What::Scans && matches!(args.to, To::Ply | To::Las) {
+    if args.what != What::Points && matches!(args.to, To::Ply | To::Las) {
         return Err(Failure::Usage(
-            "PLY and LAS hold points: expected `--what points`, or another format for scans".to_owned(),
+            "PLY and LAS hold points: expected `--what points`, or another format for scans and shots"
+                .to_owned(),
         ));
     }
     if !matches!(args.file, Source::Recording { .. }) {
@@ -95,6 +98,7 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
     }
     let mut rows: Box<dyn Rows> = match args.what {
         What::Points => Box::new(PointRows::new(Placing::new(rig, args.scanner, alley))),
+        What::Shots => Box::new(ShotRows::new(Placing::new(rig, args.scanner, alley))),
         What::Scans => Box::new(ScanRows::default()),
     };
     let mut scanner = Scanner::open(&args.file, DriverConfig::default()).await?;
@@ -110,6 +114,7 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
         rows.push(record.scan, time_s, &mut |row| file.row(row)).map_err(|error| match error {
             RowError::OtherBeams(error) => Failure::Usage(error.to_string()),
             RowError::OtherLayer(error) => Failure::Usage(error.to_string()),
+            RowError::MoreEchoes(error) => Failure::Usage(error.to_string()),
             RowError::Write(cause) => file.failure(cause),
         })?;
         scans += 1;

@@ -18,6 +18,7 @@ mod ply;
 mod points;
 mod raster;
 mod scans;
+mod shots;
 
 use std::io::{Seek, Write};
 
@@ -27,6 +28,7 @@ pub use plate::plate;
 pub use points::PointRows;
 pub use raster::SCALE;
 pub use scans::{OtherBeams, OtherLayer, ScanRows};
+pub use shots::{MoreEchoes, ShotRows};
 
 use rowscan_protocol::scan::Scan;
 
@@ -165,6 +167,9 @@ pub enum RowError {
     /// Nor does this.
     #[error(transparent)]
     OtherLayer(#[from] OtherLayer),
+    /// Nor does this.
+    #[error(transparent)]
+    MoreEchoes(#[from] MoreEchoes),
     /// The table cannot be written.
     #[error(transparent)]
     Write(#[from] ExportError),
