@@ -55,12 +55,12 @@ pub struct Live {
     pulses_per_l: f64,
     openings: Vec<Step>,
     node: Option<Node>,
-    /// What leaves the nozzles at most, litres a second.
+    /// What leaves the tank at most, litres a second.
     most_l_s: f64,
     /// As far as it has come, seconds.
     at_s: f64,
-    /// What has left the nozzles so far.
-    litres: f64,
+    /// What has left the tank so far, litres.
+    drawn_l: f64,
     pulses: f64,
     /// When the tank ran dry.
     dry_s: Option<f64>,
@@ -73,16 +73,14 @@ impl Live {
     pub fn new(boom: Boom, seed: u64) -> Self {
         let node = boom.hydraulics.map(|keys| Node::new(&boom, keys));
         let full_l_s: f64 = boom.nozzles().iter().map(|nozzle| nozzle.flow_l_s).sum();
-        let most_bar =
-            boom.hydraulics.map_or(boom.pressure_bar, |keys| keys.relief_bar.max(boom.pressure_bar));
         Self {
-            most_l_s: full_l_s * (most_bar / boom.pressure_bar).sqrt(),
+            most_l_s: node.as_ref().map_or(full_l_s, Node::pump_l_s),
             pulses_per_l: boom.sensors.unwrap_or_default().pulses_per_l,
             valves: Valves::new(boom, seed),
             openings: Vec::new(),
             node,
             at_s: 0.0,
-            litres: 0.0,
+            drawn_l: 0.0,
             pulses: 0.0,
             dry_s: None,
             unseen: Vec::new(),
@@ -130,7 +128,8 @@ impl Live {
             pulses: self.pulses,
             pressure_bar: node.map(|node| node.sensed_bar(at_s)),
             opening: node.map(Node::opening),
-            tank_l: self.left_l().map(|left_l| left_l.max(0.0)),
+            // Once dry it stays dry, whatever hoses give back.
+            tank_l: self.left_l().map(|left_l| if self.dry_s.is_some() { 0.0 } else { left_l.max(0.0) }),
             master_off: is_now(SprayerFault::MasterOff),
             held_shut: is_now(SprayerFault::HeldShut),
             tank_empty: self.dry_s.is_some() || is_now(SprayerFault::TankEmpty),
@@ -149,8 +148,8 @@ impl Live {
         let before = left_l.and_then(|_| self.node.clone());
         self.press(&open, troubles, (&rate, at_s));
         if let Some(left_l) = left_l {
-            let passed = |span| tank::litres_in(&open, self.node.as_ref(), span);
-            self.dry_s = tank::runs_dry_s(left_l, since, passed);
+            let drawn_l = |span| tank::drawn_l(&open, self.node.as_ref(), span);
+            self.dry_s = tank::runs_dry_s(left_l, since, drawn_l);
             if self.dry_s.is_some() && before.is_some() {
                 self.node = before;
                 self.press(&open, troubles, (&rate, at_s));
@@ -162,7 +161,7 @@ impl Live {
         }
         let litres_in = |span: Span| tank::litres_in(&flows, self.node.as_ref(), span);
         let metered_l: f64 = metering(troubles, since).map(|(span, ratio)| litres_in(span) * ratio).sum();
-        self.litres += litres_in(since);
+        self.drawn_l += tank::drawn_l(&flows, self.node.as_ref(), since);
         self.pulses += metered_l * self.pulses_per_l;
         self.unseen.iter_mut().for_each(|unseen| unseen.add(since, (&open, &flows), metered_l));
         self.at_s = at_s;
@@ -176,9 +175,9 @@ impl Live {
         }
     }
 
-    /// What is left in the tank; below 0 by what hoses gave after it was dry.
+    /// What is left in the tank.
     fn left_l(&self) -> Option<f64> {
-        self.valves.boom().tank_l.map(|tank_l| tank_l - self.litres)
+        self.valves.boom().tank_l.map(|tank_l| tank_l - self.drawn_l)
     }
 
     /// How far each section's valves were open.

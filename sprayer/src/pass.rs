@@ -154,7 +154,7 @@ impl Pass {
         };
         let node = pressure(None);
         let dry_s = tank_l.and_then(|tank_l| {
-            tank::runs_dry_s(tank_l, self.time(), |span| tank::litres_in(&flows, node.as_ref(), span))
+            tank::runs_dry_s(tank_l, self.time(), |span| tank::drawn_l(&flows, node.as_ref(), span))
         });
         let node = if dry_s.is_some() { pressure(dry_s) } else { node };
         let mut flows = match &node {

@@ -1,4 +1,4 @@
-//! A tank that runs dry: from then on nothing leaves the nozzles.
+//! A tank that runs dry: from then on nothing leaves it, and nozzles get what hoses still hold.
 
 use crate::flow::Flow;
 use crate::hydraulics::Node;
@@ -8,6 +8,9 @@ use crate::valve::Step;
 /// To this part of a second.
 const EXACT_S: f64 = 1e-12;
 
+/// Between two looks at the level, seconds: what hoses give back in between hides no dry tank that lasts.
+const LOOK_S: f64 = 0.1;
+
 /// What leaves the nozzles as litres: by the pressure where that changes, else at the nominal one.
 pub(crate) fn litres_in(flows: &[Flow], node: Option<&Node>, span: Span) -> f64 {
     match node {
@@ -16,20 +19,44 @@ pub(crate) fn litres_in(flows: &[Flow], node: Option<&Node>, span: Span) -> f64 
     }
 }
 
-/// When `left_l` have gone, if that is in `within`. `litres_in` tells how much goes in a part of it.
-pub(crate) fn runs_dry_s(left_l: f64, within: Span, litres_in: impl Fn(Span) -> f64) -> Option<f64> {
-    if litres_in(within) < left_l {
-        return None;
+/// What leaves the tank as litres: what the pump gives less what comes back, and without a pump what leaves the nozzles. Hoses that give what they
+/// held take nothing from it.
+pub(crate) fn drawn_l(flows: &[Flow], node: Option<&Node>, span: Span) -> f64 {
+    match node {
+        Some(node) => {
+            let balance = node.balance(span);
+            balance.pump_l - balance.returned_l
+        }
+        None => litres_in(flows, None, span),
     }
+}
+
+/// When `left_l` have gone first, if that is in `within`. `drawn_l` tells how much goes in a part of it; it may be less than nothing where hoses give
+/// back.
+pub(crate) fn runs_dry_s(left_l: f64, within: Span, drawn_l: impl Fn(Span) -> f64) -> Option<f64> {
+    let (mut left_l, mut from) = (left_l, within.from);
+    while from < within.to {
+        let to = within.to.min(from + LOOK_S);
+        let drawn = drawn_l(Span::new(from, to));
+        if drawn >= left_l {
+            return Some(gone_s(left_l, Span::new(from, to), drawn_l));
+        }
+        (left_l, from) = (left_l - drawn, to);
+    }
+    None
+}
+
+/// When `left_l` have gone in `within`, at whose end they have.
+fn gone_s(left_l: f64, within: Span, drawn_l: impl Fn(Span) -> f64) -> f64 {
     let (mut low, mut high) = (within.from, within.to);
     while high - low > EXACT_S * (1.0 + high.abs()) {
         let middle = low.midpoint(high);
         if middle <= low || middle >= high {
             break;
         }
-        if litres_in(Span::new(within.from, middle)) < left_l { low = middle } else { high = middle }
+        if drawn_l(Span::new(within.from, middle)) < left_l { low = middle } else { high = middle }
     }
-    Some(high)
+    high
 }
 
 /// Shares of the pump's flow where the tank is dry from `dry_s` on.

@@ -317,6 +317,11 @@ impl Node {
         self.keys.sensor_s
     }
 
+    /// What the pump gives with all its share, l/s.
+    pub(crate) fn pump_l_s(&self) -> f64 {
+        self.pump_l_s
+    }
+
     /// Where the litres of `times` came from and went to.
     pub fn balance(&self, times: Span) -> Balance {
         let mut all = Balance::default();

@@ -162,14 +162,7 @@ proptest! {
         prop_assert!((left_l - (tank_l - all).max(0.0)).abs() < 1e-9, "{left_l} of {tank_l}, {all} wanted");
         prop_assert_eq!(last.tank_empty, all >= tank_l);
         prop_assert!((last.pulses - 300.0 * all.min(tank_l)).abs() < 1e-6, "{}", last.pulses);
-        let drive = crate::Drive::of(
-            |at| rowscan_vehicle::Tractor::new(rowscan_vehicle::trajectory::Trajectory::straight(0.0, 1.5)).motion(at),
-            SimTime::ZERO,
-            SimTime((END_S * 1e9) as u64),
-        );
-        let orchard = rowscan_scenes::Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY);
-        let pass = crate::Pass::new(boom, &orchard, drive, 5);
-        let delivery = pass.deliver(&commands.iter().copied().collect());
+        let delivery = pass_of(boom).deliver(&commands.iter().copied().collect());
         let litres: f64 = delivery.flows.iter().map(Flow::litres).sum();
         prop_assert!((litres - all.min(tank_l)).abs() < 1e-9, "{litres}");
         prop_assert_eq!(delivery.dry_s.is_some(), all >= tank_l);
@@ -234,6 +227,53 @@ fn readers_see_what_was_since_their_own_last_look() {
     }
     let expected = [0.0, 0.0, 0.5, 1.0, 1.0];
     assert!(seen.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12), "{seen:?}");
+}
+
+/// A pass by nothing.
+fn pass_of(boom: Boom) -> crate::Pass {
+    let drive = crate::Drive::of(
+        |at| rowscan_vehicle::Tractor::new(rowscan_vehicle::trajectory::Trajectory::straight(0.0, 1.5)).motion(at),
+        SimTime::ZERO,
+        SimTime((END_S * 1e9) as u64),
+    );
+    let orchard = rowscan_scenes::Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY);
+    crate::Pass::new(boom, &orchard, drive, 5)
+}
+
+/// Hoses give what they held before, and take nothing from a tank: what the pump gave less what came back is never more than the tank held.
+#[test]
+fn nobody_takes_more_from_a_tank_than_it_held() {
+    let ideal = "on_ms = 0\noff_ms = 0\nrise_ms = 0\nfall_ms = 0";
+    let mut dry = 0;
+    for hose_l in [0.01, 0.3, 1.0] {
+        for tank_l in [0.02, 0.1, 0.25] {
+            let boom = Boom {
+                tank_l: Some(tank_l),
+                ..boom(ideal, &format!("[hydraulics]\npump_l_min = 12\nhose_l = {hose_l}"))
+            };
+            let commands = [command(0.45, Target::All, 1.0), command(2.05, Target::All, 0.0)];
+            let told = looks(&boom, &commands, &Troubles::default());
+            assert!(told.windows(2).all(|pair| pair[0].tank_empty <= pair[1].tank_empty), "dry once for all");
+            let delivery = pass_of(boom).deliver(&commands.iter().copied().collect());
+            let node = delivery.node.as_ref().expect("a node");
+            let drawn_l = |to: f64| {
+                let balance = node.balance(Span::new(0.0, to));
+                balance.pump_l - balance.returned_l
+            };
+            assert!((1..=30).all(|tick| drawn_l(f64::from(tick) / 10.0) <= tank_l + 1e-9), "{hose_l} {tank_l}");
+            let last = told.last().expect("looks");
+            assert_eq!(last.tank_empty, delivery.dry_s.is_some(), "{hose_l} {tank_l}");
+            if let Some(dry_s) = delivery.dry_s {
+                dry += 1;
+                assert!((drawn_l(dry_s) - tank_l).abs() < 1e-9, "{hose_l} {tank_l}: {}", drawn_l(dry_s));
+                assert_eq!(last.tank_l, Some(0.0));
+            } else {
+                let left_l = last.tank_l.expect("a tank");
+                assert!((left_l - (tank_l - drawn_l(END_S))).abs() < 1e-9, "{hose_l} {tank_l}: {left_l}");
+            }
+        }
+    }
+    assert!((1..9).contains(&dry), "{dry} of 9 ran dry");
 }
 
 /// Six nozzles of one litre a minute, and a tenth of a litre: a second. With a pump, hoses give what they hold, and the pressure goes.
