@@ -87,6 +87,11 @@ impl Estimate {
         }
     }
 
+    /// Takes note of where its recording breaks off.
+    pub fn broken_off(&mut self, place: String) {
+        self.warnings.push(Warning::BrokenOff { place });
+    }
+
     /// True if the row's areas, or those of its leaves, are not told. With a rig, the reason is among the warnings.
     pub fn is_withheld(&self) -> bool {
         self.impacted_total_area_m2.is_none() || self.leaf.areas.best_m2().is_err()

@@ -53,6 +53,8 @@ pub(crate) struct Odometry {
     choice: EncoderChoice,
     /// The encoder has counted.
     moved: bool,
+    /// The device has restarted since the last line.
+    restarted: bool,
     /// Lines without a reading of the rig's encoder, where one was to be taken.
     unread: u64,
 }
@@ -78,6 +80,11 @@ impl Odometry {
     /// True while the advance hangs on an encoder that has not counted yet, and another source could be taken.
     pub(crate) fn may_be_dead(&self) -> bool {
         self.source == Some(AdvanceSource::Encoder) && self.choice == EncoderChoice::IfThere && !self.moved
+    }
+
+    /// The device has restarted: if its encoder counts less than before at the next line, it counts anew.
+    pub(crate) fn restart(&mut self) {
+        self.restarted = true;
     }
 
     /// Lines without a reading of the rig's encoder, where one was to be taken.
@@ -122,6 +129,9 @@ impl Odometry {
                     // The counter wraps, upwards and back through zero.
                     let ticks = reading.position_ticks.wrapping_sub(self.ticks) as i32;
                     self.ticks = reading.position_ticks;
+                    let counts_anew =
+                        std::mem::take(&mut self.restarted) && f64::from(ticks) / ticks_per_m < 0.0;
+                    let ticks = if counts_anew { 0 } else { ticks };
                     self.moved |= ticks != 0;
                     let way_m = f64::from(ticks) / ticks_per_m;
                     self.y_m += way_m;
@@ -184,6 +194,29 @@ mod tests {
             assert!((found - expected).abs() < 1e-9, "{found} {expected}");
         }
         assert_eq!(odometry.source(), Some(AdvanceSource::Encoder));
+    }
+
+    #[test]
+    fn an_encoder_that_counts_anew_after_a_restart_has_not_driven_back() {
+        let rig = Rig { encoder_ticks_per_m: Some(1000.0), ..Rig::default() };
+        // Without a restart the same ticks are a way back.
+        for (restarts, y_m) in [(true, 5.0), (false, 1.0)] {
+            let mut odometry = Odometry::default();
+            odometry.y_m(&rig, &scan(1000), 0.0, None);
+            odometry.y_m(&rig, &scan(5000), 4.0, None);
+            if restarts {
+                odometry.restart();
+            }
+            let at = |odometry: &mut Odometry, ticks, t_s| odometry.y_m(&rig, &scan(ticks), t_s, None);
+            at(&mut odometry, 1000, 4.02);
+            let found = at(&mut odometry, 2000, 5.0);
+            assert!((found - y_m).abs() < 1e-9, "{found} {y_m}");
+        }
+        // One that went on counting tells the way.
+        let mut odometry = Odometry::default();
+        odometry.y_m(&rig, &scan(1000), 0.0, None);
+        odometry.restart();
+        assert!((odometry.y_m(&rig, &scan(4000), 0.02, None) - 3.0).abs() < 1e-9);
     }
 
     #[test]

@@ -157,6 +157,7 @@ impl Pipeline {
     }
 
     fn take(&mut self, scan: &Scan, speed: Option<GroundSpeed>) {
+        let restarts = self.counting.restarts;
         let turn = self.counting.observe(scan);
         self.latest = Some(LatestScan { beams: scan.beams, frequency_hz: self.counting.nominal_hz(scan) });
         let Turn::Line { travel_s, link } = turn else { return };
@@ -180,6 +181,9 @@ impl Pipeline {
             self.ranges.add(range_m);
         }
         let Some(pass) = &mut self.pass else { return };
+        if self.counting.restarts > restarts {
+            pass.odometry.restart();
+        }
         if pass.odometry.source().is_none() {
             self.fallback = Some(Box::new(pass.without_encoder()));
         }

@@ -145,6 +145,11 @@ pub enum Warning {
         /// Share of all beams of which nothing is known.
         share: f64,
     },
+    /// The recording breaks off: what came behind is not in the estimate.
+    BrokenOff {
+        /// Where, and what is there.
+        place: String,
+    },
     /// Scan telegrams that passed their checksum and gave no scan.
     Unreadable {
         /// The first one's fault.
@@ -243,6 +248,7 @@ impl Warning {
             Self::NoDeviceClock { .. } => "no_device_clock",
             Self::TurnsLeftOut { .. } => "turns_left_out",
             Self::SegmentsLost { .. } => "segments_lost",
+            Self::BrokenOff { .. } => "broken_off",
             Self::Unreadable { .. } => "unreadable",
             Self::Excluded { why: Exclusion::OtherLayer, .. } => "other_layer",
             Self::Excluded { .. } => "excluded",
@@ -357,6 +363,9 @@ impl fmt::Display for Warning {
             }
             Self::NoDeviceClock { scans } => {
                 write!(f, "the device clock stood still for {scans} scans; they are timed by the nominal frequency")
+            }
+            Self::BrokenOff { place } => {
+                write!(f, "the recording is {place}; the estimate is of the scans up to there, however much of the row they show")
             }
             Self::Unreadable { fault, telegrams } => {
                 write!(f, "{telegrams} scan telegrams gave no scan ({}); of the first, {fault}", fault.code())

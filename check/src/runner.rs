@@ -196,7 +196,7 @@ async fn drive(
     let known: Vec<String> = boom.chain(told).collect();
     record.warnings.extend(known);
     let tasks = scenario.buses.iter().filter_map(|bus| bus.task.as_ref());
-    record.warnings.extend(tasks.flat_map(|task| task.told(&rig.clients.news())));
+    record.warnings.extend(tasks.flat_map(|task| task.told(&rig.clients.news(), &rig.clients.steps())));
     let unfinished = rig.desk.unfinished();
     // Healed faults are forgotten.
     record.fault_acts = rig.desk.acts();

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use rowscan_bus::isobus::role::{ClientLog, Role};
-use rowscan_bus::isobus::server::{News, TaskServer, What, Wishes};
+use rowscan_bus::isobus::role::{ClientLog, Role, StepTold};
+use rowscan_bus::isobus::server::{News, TaskServer, Untold, What, Wishes};
 use rowscan_bus::isobus::trouble::TroubleDesk;
 use rowscan_fault_table::PartFault;
 use rowscan_faults::{Fit, Order, Part};
@@ -84,7 +84,7 @@ impl TaskSpec {
     }
 
     /// What of this task could not be carried out, and what clients did not take, in words.
-    pub(crate) fn told(&self, news: &[News]) -> Vec<String> {
+    pub(crate) fn told(&self, news: &[News], steps: &[StepTold]) -> Vec<String> {
         let most = self.0.iter().map(|(_, wishes)| wishes.sections.len()).max().unwrap_or(0);
         let mut told: Vec<String> = Vec::new();
         for News { client, what, .. } in news {
@@ -109,9 +109,44 @@ impl TaskSpec {
         }
         if !news.iter().any(|news| matches!(news.what, What::Active { .. })) {
             told.push("`task_controller`: no client's pool was ever in use: nobody was commanded".to_owned());
+            return told;
         }
+        told.extend(self.0.iter().filter_map(|step| unsent(step, news, steps)));
         told
     }
+}
+
+/// Why a step was sent to no client, in words; none where it was sent.
+fn unsent((at, wishes): &(SimTime, Wishes), news: &[News], steps: &[StepTold]) -> Option<String> {
+    let why = match steps.iter().find(|step| step.at == *at).map(|step| step.untold) {
+        Some(None) => return None,
+        None => "the drive ended before".to_owned(),
+        Some(Some(Untold::Unheard)) => "a fault kept the task controller from being heard".to_owned(),
+        Some(Some(Untold::Busy)) => "a fault kept the task controller busy".to_owned(),
+        Some(Some(Untold::NoSetpoint)) => "no client's pool has a setpoint for it".to_owned(),
+        Some(Some(Untold::NoClient)) => {
+            let before = |news: &&News| news.at <= *at && matches!(news.what, What::Lost);
+            let last = news.iter().rfind(before).map_or(String::new(), |News { at, client, .. }| {
+                format!("; the client at 0x{client:02X} was lost at {:.3} s", at.as_secs_f64())
+            });
+            format!("no client's pool was in use then, or until the next step{last}")
+        }
+    };
+    let open: Vec<String> = (1..)
+        .zip(&wishes.sections)
+        .filter(|(_, is_open)| **is_open)
+        .map(|(number, _): (u16, _)| number.to_string())
+        .collect();
+    let open = if open.is_empty() {
+        "shuts all sections".to_owned()
+    } else {
+        format!("opens sections {}", open.join(", "))
+    };
+    let rate = wishes.rate_l_ha.map_or(String::new(), |rate| format!(", {rate} l/ha"));
+    Some(format!(
+        "`task_controller`: the step at {} s ({open}{rate}) was never sent: {why}",
+        at.as_secs_f64()
+    ))
 }
 
 /// The task controller as a part that faults act on.
@@ -148,6 +183,14 @@ mod tests {
         TaskSpec::new(table)
     }
 
+    fn active(sections: usize) -> News {
+        News { at: SimTime::ZERO, client: 0x81, what: What::Active { sections } }
+    }
+
+    fn step(s: u64, untold: Option<Untold>) -> StepTold {
+        StepTold { at: SimTime(s * 1_000_000_000), untold }
+    }
+
     #[test]
     fn steps_keep_their_rate_and_shut_what_they_do_not_name() {
         let text =
@@ -165,17 +208,45 @@ mod tests {
     #[test]
     fn what_could_not_be_carried_out_is_told_once() {
         let task = task("step = [{ at_s = 1, open = [9] }]").expect("sound");
-        let active = |sections| News { at: SimTime::ZERO, client: 0x81, what: What::Active { sections } };
-        assert!(task.told(&[active(9)]).is_empty());
-        let told = task.told(&[active(8), active(8)]);
+        let sent = [step(1, None)];
+        assert!(task.told(&[active(9)], &sent).is_empty());
+        let told = task.told(&[active(8), active(8)], &sent);
         assert!(
             matches!(&told[..], [one] if one.contains("opens section 9") && one.contains("has 8")),
             "{told:?}"
         );
-        let told = task.told(&[]);
+        let told = task.told(&[], &[step(1, Some(Untold::NoClient))]);
         assert!(matches!(&told[..], [one] if one.contains("nobody was commanded")), "{told:?}");
         let refused = News { at: SimTime::ZERO, client: 0x81, what: What::NotTaken(2, 290, 0x10) };
-        assert!(task.told(&[active(9), refused])[0].contains("DDI 290 of element 2"));
+        assert!(task.told(&[active(9), refused], &sent)[0].contains("DDI 290 of element 2"));
+    }
+
+    #[test]
+    fn every_step_that_was_sent_to_nobody_is_told_with_its_time_and_why() {
+        let text = "step = [{ at_s = 1, open = [1, 3], rate_l_ha = 200 }, { at_s = 2.5 }]";
+        let task = task(text).expect("sound");
+        let lost = News { at: SimTime(2_000_000_000), client: 0x81, what: What::Lost };
+        let news = [active(4), lost];
+        let second = SimTime(2_500_000_000);
+        let last = |untold| task.told(&news, &[step(1, None), StepTold { at: second, untold }]);
+        assert!(last(None).is_empty(), "the wrong twin: a client was there and was told");
+        for (why, says) in [
+            (Untold::NoClient, "the client at 0x81 was lost at 2.000 s"),
+            (Untold::Unheard, "from being heard"),
+            (Untold::Busy, "busy"),
+            (Untold::NoSetpoint, "no client's pool has a setpoint"),
+        ] {
+            let told = last(Some(why));
+            let expected = "the step at 2.5 s (shuts all sections, 200 l/ha) was never sent: ";
+            assert!(matches!(&told[..], [one] if one.contains(expected) && one.contains(says)), "{told:?}");
+        }
+        // The drive ended before the second one; nobody was there yet at the first one.
+        let told = task.told(&news, &[step(1, Some(Untold::NoClient))]);
+        assert!(
+            matches!(&told[..], [first, second] if first.contains("opens sections 1, 3, 200 l/ha")
+                && !first.contains("was lost") && second.contains("the drive ended before")),
+            "{told:?}"
+        );
     }
 
     #[test]

@@ -37,4 +37,9 @@ pub(crate) trait Feed: Send {
 
     /// Frames refused by checksum or length.
     fn frames_bad(&self) -> u64;
+
+    /// Where a recording that was read to its end breaks off, in words.
+    fn broken_off(&self) -> Option<String> {
+        None
+    }
 }

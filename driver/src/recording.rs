@@ -205,4 +205,8 @@ impl Feed for Recording {
     fn frames_bad(&self) -> u64 {
         self.client().map_or(0, |client| client.counts().bad)
     }
+
+    fn broken_off(&self) -> Option<String> {
+        self.recording.torn().filter(|_| self.ended).map(ToString::to_string)
+    }
 }

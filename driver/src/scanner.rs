@@ -182,6 +182,11 @@ impl Scanner {
         &self.faults
     }
 
+    /// Where a recording that was read to its end breaks off, in words; `None` of a whole one, before its end, and of a live scanner.
+    pub fn broken_off(&self) -> Option<String> {
+        self.feed.broken_off()
+    }
+
     /// Time now on the watch that [`Record::received`] was read from; zero for a recording.
     pub fn now(&self) -> HostTime {
         self.feed.now()

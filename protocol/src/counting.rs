@@ -108,6 +108,12 @@ impl Counting {
             self.clock.seconds(time_us);
             return self.line(scan, 0.0, Link::First);
         };
+        if scan.begins_anew {
+            return self.restart(
+                scan,
+                last.travel_s + self.period_s.unwrap_or(nominal_period_s(self.nominal_hz(scan))),
+            );
+        }
         let steps = counter.wrapping_sub(last.counter);
         self.turns.add(steps, scan.scan_counter.wrapping_sub(last.turn));
         let clock_us = time_us.wrapping_sub(last.time_us) as i32;

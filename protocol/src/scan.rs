@@ -58,6 +58,8 @@ pub struct Scan {
     pub encoders: Vec<EncoderReading>,
     /// The device's name, empty unless configured.
     pub device_name: String,
+    /// The stream began anew with it, by counters that the scan itself does not tell: its own are no continuation of those of the scan before.
+    pub begins_anew: bool,
 }
 
 /// One echo of every beam.

@@ -202,7 +202,11 @@ async fn follow(
         tokio::task::coop::consume_budget().await;
     };
     let mut found = pipeline.finish();
+    let broken_off = scanner.broken_off();
     let heard = scanner.stop(wait::STOP_TIMEOUT).await;
     found.heard_over(heard.telegrams_bad, heard.segments_lost);
+    if let Some(place) = broken_off {
+        found.broken_off(place);
+    }
     Ok((found, reached))
 }

@@ -15,6 +15,9 @@ use crate::{Joint, Packet, ReadError, Recording, ScanReader, Side, StreamInfo, S
 /// Longer without a scan is an outage.
 const OUTAGE_NS: u64 = 1_000_000_000;
 
+/// A clock's drift is told where two standard errors of it are no more than this, parts per million: what quartz clocks differ by.
+pub const MAX_DRIFT_ERROR_PPM: f64 = 50.0;
+
 /// One stream's account. Times are the host's, seconds; absent where the file has none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StreamReport {
@@ -42,6 +45,8 @@ pub struct StreamReport {
     pub scans_repeated: u64,
     /// Gaps in their counters.
     pub scans_lost: u64,
+    /// Parts of scans that did not come, where scans come in parts (Compact); absent elsewhere.
+    pub segments_lost: Option<u64>,
     /// Times the device began to count anew.
     pub restarts: u64,
     /// Times no scan came for more than a second.
@@ -54,13 +59,15 @@ pub struct StreamReport {
     pub encoder_readings: u64,
     /// See above.
     pub readings_bad: u64,
-    /// Scans a second of the host's clock.
+    /// Scans a second that came: intervals between scans over the time from the first to the last, by the device's clock. Times in which the device
+    /// stood, or was switched off, are no part of it. By the host's clock, with all pauses, where the device tells no time.
     pub scan_rate_hz: Option<f64>,
-    /// Scans a second of the device's clock.
+    /// Scans a second that the device sent, by its clock, lost ones included.
     pub scan_rate_device_hz: Option<f64>,
     /// The longest time between two scans, by the host's clock.
     pub longest_gap_s: Option<f64>,
-    /// How much faster the device's clock runs than the host's, parts per million: the slope of a straight line through all scans.
+    /// How much faster the device's clock runs than the host's, parts per million: the slope of a straight line through all scans since the device began
+    /// to count, by least squares. Absent where two standard errors of it exceed [`MAX_DRIFT_ERROR_PPM`], and where the device tells no time.
     pub clock_drift_ppm: Option<f64>,
 }
 
@@ -94,7 +101,18 @@ struct StreamAccount {
     first_scan_ns: Option<u64>,
     last_scan_ns: Option<u64>,
     longest_gap_ns: Option<u64>,
+    /// Intervals between scans that follow on each other.
+    intervals: Intervals,
+    /// The host's clock over the device's.
     line: StraightLine,
+}
+
+/// Intervals between scans, by the device's clock.
+#[derive(Clone, Copy, Debug, Default)]
+struct Intervals {
+    count: u64,
+    total_s: f64,
+    last_s: f64,
 }
 
 impl StreamAccount {
@@ -114,6 +132,7 @@ impl StreamAccount {
             first_scan_ns: None,
             last_scan_ns: None,
             longest_gap_ns: None,
+            intervals: Intervals::default(),
             line: StraightLine::default(),
         }
     }
@@ -152,6 +171,11 @@ impl StreamAccount {
     fn scan(&mut self, scan: &Scan, at_ns: Option<u64>) {
         // One counter for this and for estimates, so that both tell the same.
         let Turn::Line { travel_s, link } = self.counting.observe(scan) else { return };
+        if let Link::Steps(_) = link {
+            self.intervals.count += 1;
+            self.intervals.total_s += travel_s - self.intervals.last_s;
+        }
+        self.intervals.last_s = travel_s;
         let Some(at_ns) = at_ns else { return };
         if let Some(last_ns) = self.last_scan_ns {
             let gap_ns = at_ns.saturating_sub(last_ns);
@@ -164,16 +188,19 @@ impl StreamAccount {
         }
         let first_ns = *self.first_scan_ns.get_or_insert(at_ns);
         self.last_scan_ns = Some(at_ns);
-        self.line.add(at_ns.saturating_sub(first_ns) as f64 * 1e-9, travel_s);
+        self.line.add(travel_s, at_ns.saturating_sub(first_ns) as f64 * 1e-9);
     }
 
     fn report(mut self, stream: &StreamInfo, began_ns: Option<u64>) -> StreamReport {
         // Telegrams behind one that claims more bytes than there are.
         self.read(self.last_ns, ScanReader::finish);
         let seconds = |from: Option<u64>, to: Option<u64>| Some(to?.saturating_sub(from?) as f64 * 1e-9);
-        let Counting { scans, repeated, lost, restarts, .. } = self.counting;
-        let intervals = scans.saturating_sub(repeated + 1) as f64;
-        let rate = |span: Option<f64>| span.filter(|span| *span > 0.0).map(|span| intervals / span);
+        let Counting { scans, repeated, lost, restarts, untimed, .. } = self.counting;
+        let rate = |intervals: u64, span_s: f64| (span_s > 0.0).then(|| intervals as f64 / span_s);
+        let is_timed = untimed == 0;
+        let by_device = is_timed.then(|| rate(self.intervals.count, self.intervals.total_s)).flatten();
+        let by_host =
+            || rate(scans.saturating_sub(repeated + 1), seconds(self.first_scan_ns, self.last_scan_ns)?);
         let [packets_from_device, packets_to_device] = self.packets;
         StreamReport {
             stream: stream.name.clone(),
@@ -188,16 +215,21 @@ impl StreamAccount {
             scans,
             scans_repeated: repeated,
             scans_lost: lost,
+            segments_lost: self
+                .reader
+                .as_ref()
+                .filter(|_| self.kind == StreamKind::Compact)
+                .map(ScanReader::segments_lost),
             restarts,
             outages: self.outages,
             telegrams_bad: self.reader.map_or(0, |reader| reader.counts().bad) + self.malformed,
             imu_readings: self.readings.imu,
             encoder_readings: self.readings.wheel,
             readings_bad: self.readings.unreadable,
-            scan_rate_hz: rate(seconds(self.first_scan_ns, self.last_scan_ns)),
+            scan_rate_hz: by_device.or_else(by_host),
             scan_rate_device_hz: self.counting.frequency_hz(),
             longest_gap_s: self.longest_gap_ns.map(|ns| ns as f64 * 1e-9),
-            clock_drift_ppm: self.line.slope().map(|slope| (slope - 1.0) * 1e6),
+            clock_drift_ppm: self.line.drift_ppm().filter(|_| is_timed),
         }
     }
 }
@@ -210,20 +242,34 @@ struct StraightLine {
     mean_y: f64,
     xx: f64,
     xy: f64,
+    yy: f64,
 }
 
 impl StraightLine {
+    /// Adds a point. What jitters is `y`.
     fn add(&mut self, x: f64, y: f64) {
         self.n += 1.0;
-        let dx = x - self.mean_x;
+        let (dx, dy) = (x - self.mean_x, y - self.mean_y);
         self.mean_x += dx / self.n;
-        self.mean_y += (y - self.mean_y) / self.n;
+        self.mean_y += dy / self.n;
         self.xx += dx * (x - self.mean_x);
         self.xy += dx * (y - self.mean_y);
+        self.yy += dy * (y - self.mean_y);
     }
 
-    fn slope(&self) -> Option<f64> {
-        (self.n > 1.0 && self.xx > 0.0).then(|| self.xy / self.xx)
+    /// The slope and its standard error, of deviations that are independent; none of two points, which have no deviation.
+    fn slope(&self) -> Option<(f64, f64)> {
+        (self.n > 2.0 && self.xx > 0.0).then(|| {
+            let slope = self.xy / self.xx;
+            let deviations = (self.yy - slope * self.xy).max(0.0);
+            (slope, (deviations / (self.n - 2.0) / self.xx).sqrt())
+        })
+    }
+
+    /// How much faster `x` runs than `y`, parts per million, where it is known to [`MAX_DRIFT_ERROR_PPM`].
+    fn drift_ppm(&self) -> Option<f64> {
+        let (slope, error) = self.slope()?;
+        (slope > 0.0 && 2.0 * error * 1e6 <= MAX_DRIFT_ERROR_PPM).then(|| (1.0 / slope - 1.0) * 1e6)
     }
 }
 
@@ -260,15 +306,85 @@ mod tests {
         assert!(report.clock_drift_ppm.unwrap().abs() < 1e-3, "{report:?}");
     }
 
+    /// Scans of a device whose clock is so much fast, at 15 Hz, behind a host that is up to `jitter_s` late; the first two wait in a queue.
+    fn heard(scans: u16, fast_ppm: f64, jitter_s: f64) -> StreamReport {
+        let mut account = StreamAccount::new(StreamKind::Compact);
+        for i in 0..scans {
+            let due_s = f64::from(i) / 15.0;
+            let late_s = f64::from(u32::from(i).wrapping_mul(2_654_435_761) >> 16) / 65_536.0 * jitter_s;
+            let waits_s = [0.1, 0.03].get(usize::from(i)).copied().unwrap_or(0.0);
+            let scan = Scan {
+                telegram_counter: i,
+                scan_time_us: (due_s * (1.0 + fast_ppm * 1e-6) * 1e6).round() as u32,
+                scan_frequency_hz: 15.0,
+                ..Scan::default()
+            };
+            account.scan(&scan, Some(((1.0 + due_s + late_s + waits_s) * 1e9) as u64));
+        }
+        account.report(&StreamInfo::new("scanner", StreamKind::Compact), Some(0))
+    }
+
+    #[test]
+    fn the_rate_is_the_devices_however_late_the_host_was() {
+        for scans in [3, 40, 120, 2000] {
+            let rate = heard(scans, 0.0, 0.003).scan_rate_hz.expect("a rate");
+            assert!((rate - 15.0).abs() < 1e-3, "{scans} scans: {rate}");
+        }
+        assert_eq!(heard(1, 0.0, 0.003).scan_rate_hz, None);
+    }
+
+    #[test]
+    fn scans_that_were_lost_are_missing_in_the_rate_of_those_that_came() {
+        let mut account = StreamAccount::new(StreamKind::Cola);
+        for i in (0..200_u16).filter(|i| i % 4 != 1) {
+            let (telegram_counter, scan_time_us) = (i, u32::from(i) * 20_000);
+            let scan = Scan { telegram_counter, scan_time_us, scan_frequency_hz: 50.0, ..Scan::default() };
+            account.scan(&scan, None);
+        }
+        let report = account.report(&StreamInfo::new("scanner", StreamKind::Cola), None);
+        assert!((report.scan_rate_hz.unwrap() - 149.0 / 3.98).abs() < 1e-6, "{report:?}");
+        assert!((report.scan_rate_device_hz.unwrap() - 50.0).abs() < 1e-6, "{report:?}");
+        assert_eq!(report.segments_lost, None, "scans of CoLa have no parts");
+    }
+
+    #[test]
+    fn a_drift_is_told_once_it_is_known_and_is_right_then() {
+        for fast_ppm in [0.0, 80.0, -400.0] {
+            for scans in (3..6000).step_by(97) {
+                if let Some(told) = heard(scans, fast_ppm, 0.004).clock_drift_ppm {
+                    assert!(
+                        (told - fast_ppm).abs() <= MAX_DRIFT_ERROR_PPM,
+                        "{scans} scans, {fast_ppm}: {told}"
+                    );
+                }
+            }
+            // 8 s of jitter tell nothing, six minutes do.
+            assert_eq!(heard(120, fast_ppm, 0.004).clock_drift_ppm, None);
+            assert!(heard(5400, fast_ppm, 0.004).clock_drift_ppm.is_some());
+        }
+    }
+
+    #[test]
+    fn a_device_without_a_clock_has_no_drift_and_the_hosts_rate() {
+        let mut account = StreamAccount::new(StreamKind::Cola);
+        for i in 0..100_u16 {
+            let scan = Scan { telegram_counter: i, scan_frequency_hz: 50.0, ..Scan::default() };
+            account.scan(&scan, Some(u64::from(i) * 25_000_000));
+        }
+        let report = account.report(&StreamInfo::new("scanner", StreamKind::Cola), Some(0));
+        assert_eq!((report.clock_drift_ppm, report.scan_rate_device_hz), (None, None));
+        assert!((report.scan_rate_hz.unwrap() - 40.0).abs() < 1e-9, "{report:?}");
+    }
+
     #[test]
     fn a_clock_a_hundred_ppm_fast_is_found_behind_milliseconds_of_jitter() {
         let mut line = StraightLine::default();
         for i in 0..180_000_u32 {
             let x = f64::from(i) * 0.02;
             let jitter = f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0 * 0.004;
-            line.add(x + jitter, f64::from(i) * 0.02 * 1.0001);
+            line.add(x * 1.0001, x + jitter);
         }
-        let ppm = (line.slope().expect("a line") - 1.0) * 1e6;
+        let ppm = line.drift_ppm().expect("a drift");
         assert!((ppm - 100.0).abs() < 0.1, "{ppm}");
     }
 }

@@ -12,6 +12,8 @@ const OFF_M: f64 = 1e-7;
 const LONGEST_NS: u64 = 250_000_000;
 /// The shortest: speed may jump, ns.
 const SHORTEST_NS: u64 = 200;
+/// A piece that is no longer may be what is left of a jump, seconds.
+const JUMP_S: f64 = 1e-6;
 
 /// A stretch of time in which Y is a cubic.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -218,6 +220,20 @@ impl Drive {
     pub fn reversing(&self, least_m_s: f64) -> Spans {
         let in_alleys = self.0.iter().filter(|piece| piece.alley.is_some());
         in_alleys.flat_map(|piece| piece.faster(-piece.ahead() * least_m_s, -piece.ahead())).collect()
+    }
+
+    /// Where the speed along Y jumps, with the number of metres per second by which it does.
+    pub fn jumps(&self) -> Vec<(Span, f64)> {
+        // Between the pieces before and behind a jump are such as are made of it. Beside another alley, place and direction jump, too.
+        let whole: Vec<&DrivePiece> = self.0.iter().filter(|piece| piece.time.length() > JUMP_S).collect();
+        let pairs =
+            whole.iter().zip(whole.iter().skip(1)).filter(|(before, behind)| before.alley == behind.alley);
+        pairs
+            .map(|(before, behind)| {
+                let ([_, v0], [v1, _]) = (before.along_m_s, behind.along_m_s);
+                (Span::new(before.time.to, behind.time.from), v1 - v0)
+            })
+            .collect()
     }
 
     /// When it is on the headland.

@@ -12,9 +12,9 @@ use crate::span::{Span, Spans, total};
 
 /// Steps that are nearer to each other are one, seconds.
 const ONE_STEP_S: f64 = 0.5;
-/// What rounding leaves between an instant and a window's end, seconds.
-const ROUNDING_S: f64 = 1e-9;
-/// A speed that changes faster is changing, m/s².
+/// What rounding, and a drive's finest pieces about a jump of speed, leave between an instant and a window's end, seconds.
+const ROUNDING_S: f64 = 1e-6;
+/// A speed that changes faster is changing, m/s²; one that jumps, if it does by more than that makes in a window.
 const CHANGING_M_S2: f64 = 0.02;
 
 /// How well a rate was kept. What cannot be told is none.
@@ -187,12 +187,15 @@ pub fn windows(pass: &Pass, keys: &RateTable, flows: &[Flow], from_s: f64) -> Ve
         .collect()
 }
 
-/// Steps of sections and steps of speed, each from the first change to the last of those that follow each other closely, in the order in which they begin. A step of
-/// sections is one of its own beside a ramp of speed, and within one.
+/// Steps of sections and steps of speed, whether it jumps or takes its time, each from the first change to the last of those that follow each other closely, in the
+/// order in which they begin. A step of sections is one of its own beside a ramp of speed, and within one.
 fn steps(pass: &Pass, keys: &RateTable, flows: &[Flow], from_s: f64) -> Vec<Span> {
     let edges = pass.section_open(flows);
     let edges = edges.iter().flat_map(|open| open.iter().flat_map(|span| [span.from, span.to]));
-    let mut speeds = Vec::new();
+    let jumps = pass.drive().jumps().into_iter();
+    let least_m_s = CHANGING_M_S2 * keys.window_s;
+    let mut speeds: Vec<Span> =
+        jumps.filter(|(_, change)| change.abs() > least_m_s).map(|(at, _)| at).collect();
     for piece in pass.drive().pieces() {
         let parts = (piece.time.length() / keys.window_s).ceil().max(1.0);
         let long_s = piece.time.length() / parts;

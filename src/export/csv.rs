@@ -42,6 +42,7 @@ fn tell(kind: Kind, value: f64, text: &mut String) -> std::fmt::Result {
     match kind {
         Kind::F64 => write!(text, "{value:?}"),
         Kind::F32 => write!(text, "{:?}", value as f32),
+        Kind::U32 | Kind::U8 if value.is_nan() => write!(text, "NaN"),
         Kind::U32 | Kind::U8 => write!(text, "{}", value as u32),
         Kind::Label if value < 0.0 => Ok(()),
         Kind::Label => write!(text, "{}", value as u32),

@@ -8,6 +8,7 @@ mod converter;
 mod csv;
 mod figure;
 mod figure_error;
+mod known;
 #[cfg(feature = "tables")]
 mod las;
 pub(crate) mod npy;
@@ -24,6 +25,7 @@ use std::io::{Seek, Write};
 
 pub use figure::FigureFormat;
 pub use figure_error::FigureError;
+pub use known::UnknownBeam;
 pub use plate::plate;
 pub use points::PointRows;
 pub use raster::SCALE;
@@ -125,8 +127,9 @@ impl TableFormat {
     /// Begins a table.
     pub fn begin<W: Out>(self, out: W, table: &Table) -> Result<Box<dyn TableWriter<W>>, ExportError> {
         self.check()?;
-        Ok(match self {
-            Self::Csv => Box::new(csv::Writer::new(out, table)?),
+        let binary: Box<dyn TableWriter<W>> = match self {
+            // Text has a word for what is not known.
+            Self::Csv => return Ok(Box::new(csv::Writer::new(out, table)?)),
             Self::Ply => Box::new(ply::Writer::new(out, table)?),
             #[cfg(feature = "tables")]
             Self::Las => Box::new(las::Writer::new(out, table)?),
@@ -135,7 +138,8 @@ impl TableFormat {
             Self::Parquet => Box::new(parquet::Writer::new(out, table)?),
             #[cfg(not(feature = "tables"))]
             Self::Las | Self::Parquet => return Err(Feature::Tables.missing("LAS or Parquet").into()),
-        })
+        };
+        Ok(Box::new(known::Writer::new(binary, table)))
     }
 
     /// True if its head says how many rows follow, so that the file must be one that can be rewound.

@@ -5,7 +5,7 @@ use rowscan_protocol::scan::Scan;
 
 use super::{Column, ExportError, Kind, RowError, Rows, Table};
 
-/// Every return of every scan: place, range, remission, and which beam of which scan it was. `time_s` counts on the device's clock.
+/// Every return of every scan: place, range, remission (NaN where the scan has none), and which beam of which scan it was. `time_s` counts on the device's clock.
 #[derive(Clone, Debug)]
 pub struct PointRows {
     placing: Placing,
@@ -49,7 +49,7 @@ impl Rows for PointRows {
             for (beam, &range_m) in echo.range_m.iter().enumerate().filter(|(_, range_m)| range_m.is_finite())
             {
                 let [x, y, z] = self.placing.place(&line, beam, range_m);
-                let remission = f64::from(echo.remission.get(beam).copied().unwrap_or_default());
+                let remission = echo.remission.get(beam).map_or(f64::NAN, |remission| f64::from(*remission));
                 let number = self.scans as f64;
                 put(&[x, y, z, range_m, remission, time_s, number, beam as f64, order as f64, layer_deg])?;
             }

@@ -1,11 +1,11 @@
 //! Scans as a table: one scan a row, one beam a column. In CSV it is the self-describing form that every command reads again.
 
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::scan::{NO_ECHO, Scan, elevation_deg};
+use rowscan_protocol::scan::{DAZZLED, NO_ECHO, Scan, elevation_deg};
 
 use super::{Column, ExportError, Kind, RowError, Rows, Table};
 
-/// All scans of one stream with one beam grid; millimetres, 0 where a beam met nothing.
+/// All scans of one stream with one beam grid; millimetres, 0 where a beam met nothing, NaN where that is not known (a lost segment, a dazzled receiver).
 #[derive(Clone, Debug, Default)]
 pub struct ScanRows {
     /// Grid and layer of the first scan.
@@ -73,9 +73,9 @@ impl Rows for ScanRows {
         self.row.clear();
         self.row.extend([time_s, f64::from(scan.telegram_counter), f64::from(scan.scan_time_us)]);
         let ranges = scan.echoes.first().map_or(&[][..], |echo| &echo.range_m);
-        self.row.extend((0..beams.len()).map(|beam| {
-            let range_m = ranges.get(beam).copied().filter(|range_m| *range_m < NO_ECHO);
-            range_m.map_or(0.0, |range_m| (range_m * 1000.0).round())
+        self.row.extend((0..beams.len()).map(|beam| match ranges.get(beam).copied().unwrap_or(DAZZLED) {
+            NO_ECHO => 0.0,
+            range_m => (range_m * 1000.0).round(),
         }));
         put(&self.row)?;
         self.scans += 1;
@@ -92,4 +92,42 @@ fn title(scan: &Scan) -> String {
         f64::from(scan.beams.step) / 10_000.0,
         scan.serial_number
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use rowscan_protocol::scan::Echo;
+
+    use super::*;
+    use crate::export::TableFormat;
+
+    /// Written as a table of `format`, or why not.
+    fn written(range_m: &[f64], format: TableFormat) -> Result<Vec<u8>, ExportError> {
+        let scan = Scan {
+            beams: BeamGrid::spanning(0, 10_000, 5_000),
+            echoes: vec![Echo { range_m: range_m.to_vec(), ..Echo::default() }],
+            ..Scan::default()
+        };
+        let mut rows = ScanRows::default();
+        let mut writer = format.begin(Cursor::new(Vec::new()), &rows.table(&scan))?;
+        let mut failed = Ok(());
+        let pushed = rows.push(&scan, 0.0, &mut |row| writer.row(row));
+        if let Err(RowError::Write(cause)) = pushed {
+            failed = Err(cause);
+        }
+        failed?;
+        Ok(writer.finish()?.into_inner())
+    }
+
+    #[test]
+    fn what_a_beam_met_is_a_range_or_nothing_or_not_known() {
+        let text = String::from_utf8(written(&[1.5, NO_ECHO, DAZZLED], TableFormat::Csv).expect("text"))
+            .expect("UTF-8");
+        assert!(text.lines().last().is_some_and(|line| line.ends_with(",1500,0,NaN")), "{text}");
+        assert!(written(&[1.5, NO_ECHO, 2.0], TableFormat::Npy).is_ok());
+        let why = written(&[1.5, NO_ECHO, DAZZLED], TableFormat::Npy).expect_err("refused").to_string();
+        assert!(why.contains("not known") && why.contains("--to csv"), "{why}");
+    }
 }

@@ -101,7 +101,7 @@ mod tests {
     fn scan() -> Scan {
         let echo = |range_m: [f64; 4]| Echo { range_m: range_m.to_vec(), ..Echo::default() };
         Scan {
-            beams: BeamGrid::spanning(0, 1_500_000, 500_000),
+            beams: BeamGrid::spanning(0, 150_000, 50_000),
             scan_frequency_hz: 50.0,
             echoes: vec![echo([1.5, NO_ECHO, DAZZLED, 2.0]), echo([NO_ECHO, NO_ECHO, DAZZLED, 3.0])],
             ..Scan::default()

@@ -117,7 +117,7 @@ impl Reading {
 /// The rig as this scanner can read it: a model that counts no encoder is asked for none, and none is missing in its scans.
 fn with_encoder_of_model(rig: &Rig, scanner: usize) -> Rig {
     let model = rig.scanners.get(scanner).and_then(|mount| AnyModel::by_name(&mount.model));
-    let counts = model.is_none_or(|model| matches!(model, AnyModel::Cola(model) if model.encoders > 0));
+    let counts = model.is_none_or(|model| matches!(model, AnyModel::Cola(model) if model.tells_ticks()));
     Rig { encoder_ticks_per_m: rig.encoder_ticks_per_m.filter(|_| counts), ..rig.clone() }
 }
 
@@ -261,7 +261,7 @@ mod tests {
             let mount = Mount { model: model.name().to_owned(), ..Mount::default() };
             let rig = Rig { scanners: vec![mount], encoder_ticks_per_m: Some(1000.0), ..Rig::default() };
             let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(None)).unwrap();
-            let counts = matches!(model, AnyModel::Cola(model) if model.encoders > 0);
+            let counts = matches!(model, AnyModel::Cola(model) if model.tells_ticks());
             assert_eq!(reading.cola.encoder_ticks_per_m, counts.then_some(1000), "{}", model.name());
             // Nor is one missing in the scans of the others.
             let read = with_encoder_of_model(&rig, 0).encoder_ticks_per_m;

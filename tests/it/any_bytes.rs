@@ -186,3 +186,83 @@ fn exit_0_means_that_a_scan_came_out_and_anything_else_has_a_reason() {
     }
     assert!(with_scans > 30 && without > 30, "{with_scans} with scans, {without} without");
 }
+
+/// Datagrams of a scanner whose turns come in two segments.
+fn compact(turns: u64) -> Vec<Vec<u8>> {
+    use rowscan_protocol::compact::{
+        Beams, Module, Modules, PerLine, ScanTelegram, Shape, Telegram, theta_code,
+    };
+    const BEAMS: u32 = 5;
+    let datagram = |counter: u64| {
+        let (frame_number, segment_counter) = (counter / 2, counter % 2);
+        let deg = |beam: u32| f64::from(beam) + (BEAMS as u64 * segment_counter) as f64 - 10.0;
+        let begins_us = 1_000_000 + counter * 33_333;
+        let module = Module {
+            segment_counter,
+            frame_number,
+            shape: Shape { lines: 1, beams: BEAMS, echoes: 1 },
+            time_start_us: PerLine(vec![begins_us]),
+            time_stop_us: PerLine(vec![begins_us + 1000]),
+            phi_rad: PerLine(vec![0.0]),
+            theta_start_rad: PerLine(vec![deg(0).to_radians() as f32]),
+            theta_stop_rad: PerLine(vec![deg(BEAMS - 1).to_radians() as f32]),
+            beams: Beams {
+                distance: vec![3000; BEAMS as usize],
+                rssi: vec![257; BEAMS as usize],
+                properties: vec![0; BEAMS as usize],
+                theta: (0..BEAMS).map(|beam| theta_code(deg(beam).to_radians())).collect(),
+            },
+            ..Module::default()
+        };
+        let modules = Modules(vec![module]);
+        let scan = ScanTelegram { telegram_counter: counter, modules, ..ScanTelegram::default() }.seal();
+        let mut bytes = Vec::new();
+        Telegram::Scan(scan).encode(&mut bytes).expect("lists of their lengths");
+        bytes
+    };
+    (0..2 * turns).map(datagram).collect()
+}
+
+#[test]
+fn a_damaged_datagram_is_one_bad_telegram_and_one_lost_segment_to_every_command() {
+    let (_folder, file) = folder();
+    let path = file("any.mcap");
+    let mut numbers = Numbers(31);
+    let whole = compact(30);
+    for damaged in [0, 1, 2, 5, 9] {
+        let mut datagrams = whole.clone();
+        // None of the first and the last turn, which may be cut, and none beside another.
+        for datagram in datagrams.iter_mut().skip(3).step_by(6).take(damaged) {
+            let at = numbers.below(datagram.len());
+            datagram[at] ^= 1 << numbers.below(8);
+        }
+        let mut writer =
+            McapWriter::new(Cursor::new(Vec::new()), &About::default(), Decoded::default()).expect("written");
+        let stream = writer.add_stream("scanner", StreamKind::Compact).expect("written");
+        for (number, datagram) in (0..).zip(&datagrams) {
+            let at_ns = 1_700_000_000_000_000_000 + number * 33_333_000;
+            writer.write(stream, Side::Device, at_ns, 0, datagram).expect("written");
+        }
+        writer.finish().expect("written");
+        std::fs::write(&path, writer.into_inner().into_inner()).expect("written");
+
+        let info = run(&["record", "--info", &path, "--format", "json"]);
+        let found = run(&["estimate", &path, "--format", "json"]);
+        let decoded = run(&["decode", &path]);
+        let json = |told: &Ended| serde_json::from_str::<Value>(&told.stdout).expect("JSON");
+        let (of_info, of_estimate) = (json(&info)["streams"][0].clone(), json(&found));
+        let expected = Value::from(damaged);
+        for told in [&of_info, &of_estimate] {
+            assert_eq!((&told["telegrams_bad"], &told["segments_lost"]), (&expected, &expected), "{told}");
+            assert_eq!(told["scans"], 30, "{told}");
+        }
+        let total = whole.len();
+        let words = format!("{damaged} of {total} telegrams cannot be read");
+        for told in [&info, &found] {
+            assert_eq!(told.stderr.contains(&words), damaged > 0, "{}", told.stderr);
+        }
+        let words = format!("{} telegrams, 0 lines opaque, {damaged} bad", total - damaged);
+        assert!(decoded.stderr.contains(&words), "expected {words}, found {}", decoded.stderr);
+        assert_eq!(decoded.code, Some(i32::from(damaged > 0)));
+    }
+}

@@ -1,16 +1,15 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+mod sprayer;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
-
-use rowscan_sprayer::{Boom, Command, Drive, Pass, Target};
 
 use super::*;
 use crate::jitter::Jitter;
 use crate::output::Match;
 use crate::runner::ChildRecord;
-use crate::sprayer::SprayerRun;
 use crate::verdict::Verdict;
 use crate::what::Sprayed;
 use crate::witness::tests::{bench, deliver};
@@ -307,175 +306,4 @@ fn nothing_is_judged_of_a_run_that_broke_off() {
     let tried = Runs { all: vec![record(folder.path())], without_faults: None, bless: false };
     let without = "what = \"impacted_total_area_m2\", equals_run_without = \"faults\"";
     assert_eq!(verdict(without, &tried, folder.path()).0, Error);
-}
-
-/// A sprayer of one section that drove past 5 m of leaf, from 2 to 7 m at 1 m/s, with nozzles beside the scanner, and heard these commands.
-fn sprayed(commands: &[(f64, f64)]) -> SprayerRun {
-    let boom = "version = 1\noffset_y_m = 0\nstrip_m = 0\n[valve]\non_ms = 0\noff_ms = 0\nrise_ms = 0\nfall_ms = 0\n\
-        [[section]]\nid = \"a\"\nside = \"right\"\nz_from_m = 1\nz_to_m = 2\n";
-    let corners = [[0.0, 2.0, 1.0], [0.0, 7.0, 1.0], [0.0, 7.0, 2.0], [0.0, 2.0, 2.0]];
-    let leaf = rowscan_scenes::Leaf::new(corners).expect("a leaf");
-    let orchard = rowscan_scenes::Orchard::from_organs(vec![leaf], Vec::new(), f64::INFINITY);
-    let tractor = rowscan_vehicle::Tractor::new(rowscan_vehicle::trajectory::Trajectory::straight(0.0, 1.0));
-    tractor.begin(SimTime::ZERO);
-    let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, SimTime(10 * SECOND));
-    let command = |(at_s, duty): &(f64, f64)| Command {
-        at: SimTime((at_s * 1e9) as u64),
-        target: Target::All,
-        duty: *duty,
-    };
-    let pass = Pass::new(Boom::read(boom).expect("a boom"), &orchard, drive, 1);
-    SprayerRun::judged(pass, commands.iter().map(command).collect(), orchard.into())
-}
-
-#[test]
-fn a_sprayer_is_judged_by_its_commands_and_unknown_without_any() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let judged = |expect: &str, commands: &[(f64, f64)]| {
-        let run = RunRecord {
-            sprayer: Some(Ok(sprayed(commands))),
-            ended: SimTime(10 * SECOND),
-            events: vec![event("early", 6.0), event("end", 10.0)],
-            ..record(folder.path())
-        };
-        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
-    };
-    // 0.4 s late on, 0.4 s late off: 4.6 of 5 m, and 0.4 of 5 s for nothing.
-    let late = [(2.4, 1.0), (7.4, 0.0)];
-    for (expect, found) in [
-        ("what = \"recall\", between = [0.9199, 0.9201]", Passed),
-        ("what = \"recall\", above = 0.93", Failed),
-        ("what = \"waste\", between = [0.0799, 0.0801]", Passed),
-        ("what = \"waste\", below = 0.07", Failed),
-        // One litre a minute for 5 s less than for 10 s.
-        ("what = \"saved_litres\", between = [0.0833, 0.0834]", Passed),
-        ("what = \"latency_error_m\", edge = \"open\", p95_below = 0.41", Passed),
-        ("what = \"latency_error_m\", edge = \"close\", p95_below = 0.39", Failed),
-        // From 1.5 m before a wall of 1 m less than half of the fan is on it; 0.4 s of 5 meet a gap.
-        ("what = \"off_target_share\", between = [0.5, 0.6]", Passed),
-        ("what = \"off_target_share\", below = 0.5", Failed),
-        ("what = \"edges\", equals = 0", Passed),
-        ("what = \"valves\", all = \"open\", after = \"early\"", Passed),
-        ("what = \"valves\", all = \"closed\", after = \"early\", within_s = 1.5", Passed),
-        ("what = \"valves\", all = \"closed\", after = \"early\", within_s = 1.3", Failed),
-        ("what = \"valves\", all = \"closed\", after = \"early\", within_s = 9", Error),
-        ("what = \"time_to_safe_s\", after = \"early\", between = [1.399, 1.401]", Passed),
-        ("what = \"time_to_safe_s\", after = \"early\", below = 1.3", Failed),
-    ] {
-        assert_eq!(judged(expect, &late), found, "{expect}");
-        assert_eq!(judged(expect, &[]), Error, "{expect}: no command was ever heard");
-    }
-    // Shut when it came, and to the end: there was nothing to make safe.
-    assert_eq!(
-        judged("what = \"time_to_safe_s\", after = \"early\", below = 9", &[(2.4, 1.0), (5.0, 0.0)]),
-        Error
-    );
-    assert_eq!(
-        judged("what = \"time_to_safe_s\", after = \"early\", below = 9", &[(6.5, 1.0), (7.4, 0.0)]),
-        Passed
-    );
-    // One that is never shut, and one that is told to stay shut.
-    assert_eq!(judged("what = \"time_to_safe_s\", after = \"early\", below = 99", &[(0.0, 1.0)]), Failed);
-    assert_eq!(judged("what = \"edges\", of = \"missed\", equals = 2", &[(0.0, 0.0)]), Passed);
-    assert_eq!(judged("what = \"recall\", above = 0.1", &[(0.0, 0.0)]), Failed);
-    assert_eq!(judged("what = \"waste\", below = 0.1", &[(0.0, 0.0)]), Error);
-    assert_eq!(judged("what = \"latency_error_m\", p95_below = 1e9", &[(0.0, 0.0)]), Failed);
-}
-
-#[test]
-fn a_rate_is_judged_beside_the_speed_and_reported_litres_beside_the_true_ones() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let judged_of = |expect: &str, at_m_s: f64, reports: &[(f64, f64)], commands: &[(f64, f64)]| {
-        let mut sprayer = sprayed(commands);
-        let boom = Boom {
-            rate: (at_m_s > 0.0).then_some(rowscan_sprayer::hydraulics::RateTable {
-                at_m_s,
-                window_s: 0.1,
-                band: 0.1,
-            }),
-            ..sprayer.pass.boom().clone()
-        };
-        let orchard = rowscan_scenes::Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY);
-        let pass = Pass::new(boom, &orchard, sprayer.pass.drive().clone(), 1);
-        sprayer = SprayerRun::judged(pass, sprayer.log, orchard.into());
-        sprayer.reports = reports.to_vec();
-        let run = RunRecord {
-            sprayer: Some(Ok(sprayer)),
-            ended: SimTime(10 * SECOND),
-            events: vec![event("late", 8.0), event("end", 10.0)],
-            ..record(folder.path())
-        };
-        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
-    };
-    let judged = |expect: &str, at_m_s: f64, reports: &[(f64, f64)]| {
-        judged_of(expect, at_m_s, reports, &[(2.0, 1.0), (7.0, 0.0)])
-    };
-    // At 1 m/s, one litre a minute is right at 1 m/s and 25 % too much where it was meant for 1.25 m/s.
-    for (expect, at_m_s, found) in [
-        ("what = \"rate_error\", below = 0.01", 1.0, Passed),
-        ("what = \"rate_error\", below = 0.2", 1.25, Failed),
-        ("what = \"rate_error\", of = \"mean\", between = [0.2499, 0.2501]", 1.25, Passed),
-        ("what = \"rate_error\", of = \"mean\", abs_below = 0.01", 0.8, Failed),
-        ("what = \"rate_error\", of = \"settling_s\", below = 0.2", 1.0, Passed),
-        ("what = \"rate_error\", of = \"settling_s\", below = 99", 1.25, Failed),
-        ("what = \"rate_error\", of = \"overshoot\", below = 0.01", 1.0, Passed),
-        ("what = \"rate_error\", after = \"late\", below = 1", 1.0, Error),
-        ("what = \"rate_error\", below = 1", 0.0, Error),
-        ("what = \"rate_error\", of = \"reported\", below = 1", 1.0, Error),
-    ] {
-        assert_eq!(judged(expect, at_m_s, &[]), found, "{expect}, {at_m_s}");
-    }
-    // No step comes behind the one at 2 s: 8 s later, when the run ends, the rate has not settled. Less than 8 s is wrong, and less than 99 s unknown.
-    for (below, found) in [("7", Failed), ("99", Error)] {
-        let expect = format!("what = \"rate_error\", of = \"settling_s\", below = {below}");
-        assert_eq!(judged_of(&expect, 1.25, &[], &[(2.0, 1.0)]), found, "{expect}");
-    }
-    // Valves that nobody opens have no step.
-    assert_eq!(
-        judged_of("what = \"rate_error\", of = \"settling_s\", below = 99", 1.0, &[], &[(2.0, 0.0)]),
-        Error
-    );
-    // A litre a minute for 5 s are 83 ml; the meter says 4 % more.
-    let reports = [(1.0, 5.0), (4.0, 5.04), (9.0, 5.0 + 1.04 / 12.0)];
-    let reported = "what = \"rate_error\", of = \"reported\"";
-    assert_eq!(judged(&format!("{reported}, between = [0.0399, 0.0401]"), 1.0, &reports), Passed);
-    assert_eq!(judged(&format!("{reported}, abs_below = 0.03"), 1.0, &reports), Failed);
-    assert_eq!(judged(&format!("{reported}, below = 1"), 1.0, &reports[..1]), Error);
-}
-
-#[test]
-fn litres_are_counted_while_a_switch_forbids_them() {
-    use rowscan_fault_table::sprayer::SprayerFault;
-    use rowscan_sprayer::{Trouble, Troubles};
-
-    let folder = tempfile::tempdir().expect("a folder");
-    let judged = |expect: &str, troubles: Vec<Trouble>| {
-        let SprayerRun { pass, log, .. } = sprayed(&[(2.0, 1.0), (7.0, 0.0)]);
-        let bare = rowscan_scenes::Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY);
-        let sprayer = SprayerRun::judged(pass.with_troubles(Troubles(troubles)), log, bare.into());
-        let run = RunRecord {
-            sprayer: Some(Ok(sprayer)),
-            ended: SimTime(10 * SECOND),
-            events: vec![event("end", 10.0)],
-            ..record(folder.path())
-        };
-        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
-    };
-    let off = |from, to| vec![Trouble { fault: SprayerFault::MasterOff, from, to }];
-    // A litre a minute, from 4 to 5.2 s: 20 ml.
-    for (expect, troubles, found) in [
-        ("of = \"master\", between = [0.01999, 0.02001]", off(4.0, Some(5.2)), Passed),
-        ("of = \"master\", below = 0.0199", off(4.0, Some(5.2)), Failed),
-        ("between = [0.01999, 0.02001]", off(4.0, Some(5.2)), Passed),
-        // Half a second to shut is allowed; then 0.7 s are left.
-        ("of = \"master\", within_s = 0.5, between = [0.01166, 0.01167]", off(4.0, Some(5.2)), Passed),
-        // Shut for its whole time.
-        ("of = \"master\", below = 1e-9", off(7.5, None), Passed),
-        // Rules that never held say nothing.
-        ("of = \"override\", below = 1", off(4.0, None), Error),
-        ("of = \"master\", below = 1", Vec::new(), Error),
-        ("below = 1e-9", Vec::new(), Error),
-    ] {
-        assert_eq!(judged(&format!("what = \"forbidden_litres\", {expect}"), troubles), found, "{expect}");
-    }
 }

@@ -1,14 +1,16 @@
 //! What is expected of a sprayer, judged.
 
 use rowscan_protocol::time::SimTime;
+use rowscan_sprayer::edges::EdgePair;
 use rowscan_sprayer::rate::Settling;
 use rowscan_sprayer::safety::{Rule, is_already_safe, time_to_safe_s};
-use rowscan_sprayer::{Rate, Spans};
+use rowscan_sprayer::{Edge, Rate, Spans};
 
 use super::run::SprayerRun;
 use crate::judged::{Judged, from_event, seconds_after};
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, ValveState};
+use crate::verdict::Verdict;
 use crate::what::Sprayed;
 
 type Result = std::result::Result<Judged, String>;
@@ -74,21 +76,56 @@ fn latency(expect: &Expect, sprayer: &SprayerRun) -> Result {
         of.wanted,
         of.spurious,
     );
-    Ok(Judged::holds(p95_m < most_m, message))
+    let is_off = |pair: &EdgePair| {
+        pair.wanted_s.is_some()
+            && edge.is_none_or(|edge| edge == pair.edge)
+            && pair.late_m.is_none_or(|late_m| late_m.abs() >= most_m)
+    };
+    Ok(beside_first(Judged::holds(p95_m < most_m, message), sprayer, is_off))
+}
+
+/// What failed is told with the first of these edges: its section, its time, and where the tractor was.
+fn beside_first(judged: Judged, sprayer: &SprayerRun, which: impl Fn(&EdgePair) -> bool) -> Judged {
+    let due = |pair: &EdgePair| pair.wanted_s.or(pair.delivered_s);
+    let all = sprayer.edges.all().iter().filter(|pair| which(pair));
+    let first = all.filter_map(|pair| Some((due(pair)?, pair))).min_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((at_s, pair)) = first.filter(|_| judged.verdict == Verdict::Failed) else { return judged };
+    let (verb, past) = match pair.edge {
+        Edge::Open => ("open", "opened"),
+        Edge::Close => ("close", "closed"),
+    };
+    let what = match (pair.wanted_s, pair.late_m) {
+        (None, _) => format!("{past} for nothing"),
+        (Some(_), None) => format!("did not {verb}"),
+        (Some(_), Some(late_m)) if late_m < 0.0 => format!("{past} {:.3} m too soon, due", -late_m),
+        (Some(_), Some(late_m)) => format!("{past} {late_m:.3} m too late, due"),
+    };
+    let message = format!(
+        "{}; the first: section \"{}\" {what} at {at_s:.3} s, the tractor at {:.2} m",
+        judged.message,
+        sprayer.pass.boom().sections.get(pair.section).map_or("", |section| section.id.as_str()),
+        sprayer.pass.drive().y_m(at_s),
+    );
+    let at = SimTime((at_s * 1e9).round() as u64);
+    Judged { message, ..judged }.told_at(at)
 }
 
 fn edges(expect: &Expect, sprayer: &SprayerRun) -> Result {
     let edge = expect.edge;
     let of = sprayer.edges.summary(|pair| edge.is_none_or(|edge| edge == pair.edge));
-    let (found, what) = match expect.on.as_deref() {
-        None => (of.missed + of.spurious, "missed and spurious edges"),
-        Some("missed") => (of.missed, "missed edges"),
-        Some("spurious") => (of.spurious, "spurious edges"),
+    let (found, what, [is_missed, is_spurious]) = match expect.on.as_deref() {
+        None => (of.missed + of.spurious, "missed and spurious edges", [true, true]),
+        Some("missed") => (of.missed, "missed edges", [true, false]),
+        Some("spurious") => (of.spurious, "spurious edges", [false, true]),
         Some(other) => return Err(format!("`of`: expected \"missed\" or \"spurious\", found \"{other}\"")),
     };
     let message =
         format!("{what}: expected {}, found {found} beside {} wanted ones", expect.bounds.words(), of.wanted);
-    Ok(Judged::holds(expect.bounds.hold(found as f64), message))
+    let counts = |pair: &EdgePair| {
+        let is_one = (is_missed && pair.delivered_s.is_none()) || (is_spurious && pair.wanted_s.is_none());
+        is_one && edge.is_none_or(|edge| edge == pair.edge)
+    };
+    Ok(beside_first(Judged::holds(expect.bounds.hold(found as f64), message), sprayer, counts))
 }
 
 fn valves(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {

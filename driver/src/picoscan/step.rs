@@ -57,7 +57,11 @@ pub(super) fn start_up(to: SocketAddrV4, place: &PicoscanAddress, config: &ColaC
     // To the port that scans come to: one stream holds all of it in its order. A model without them refuses, and scans come nevertheless.
     let readings = [
         (place.imu, "ImuDataEthSettings", "ImuDataEnable"),
-        (place.encoder, "EncoderDataEthSettings", "EncoderDataEnable"),
+        (
+            place.encoder || config.encoder_ticks_per_m.is_some(),
+            "EncoderDataEthSettings",
+            "EncoderDataEnable",
+        ),
     ];
     let readings = readings.into_iter().filter(|(on, ..)| *on).flat_map(|(_, settings, enable)| {
         [Step::write(settings, destination.clone(), false), Step::write(enable, json!(true), false)]

@@ -49,6 +49,8 @@ pub struct Assembler {
     unfinished: Option<u64>,
     /// Lost before the counter began anew.
     lost_before: u64,
+    /// The counter began anew, and no turn has been given since.
+    begins_anew: bool,
 }
 
 /// A turn whose segments are coming.
@@ -78,9 +80,13 @@ impl Assembler {
     pub fn push(&mut self, telegram: ScanTelegram) -> Result<(), ScanFault> {
         let segment = Segment::of(telegram)?;
         if self.begins_anew(&segment) {
+            // What went on meanwhile is told by counters that go on; those that go back tell of a restart.
+            let went_back = |newest: u64| segment.telegram_counter < newest;
+            let restarted = self.window.as_ref().map(Window::newest).is_some_and(went_back);
             self.close_all();
             self.lost_before += self.window.take().map_or(0, |window| window.missing());
             self.closed = None;
+            self.begins_anew |= restarted;
         }
         let window = self.window.get_or_insert_with(|| Window::new(segment.telegram_counter));
         if window.has_seen(segment.telegram_counter) {
@@ -160,9 +166,8 @@ impl Assembler {
     /// Closes turns, the oldest first, of which nothing more will come.
     fn close_passed(&mut self) {
         while let Some((&number, oldest)) = self.open.first_key_value() {
-            let newest = self.window.as_ref().map_or(0, Window::newest);
-            let next = self.open.values().skip(1).map(|open| open.counters[0]).min();
-            let is_passed = next.is_some_and(|next| newest >= next.saturating_add(REORDER));
+            let behind: usize = self.open.values().skip(1).map(|open| open.segments.len()).sum();
+            let is_passed = behind as u64 > REORDER;
             let is_whole = self.layout.is_all(&oldest.segments) && self.follows(oldest);
             if !is_whole && !is_passed && self.open.len() <= MAX_OPEN {
                 break;
@@ -218,7 +223,8 @@ impl Assembler {
         // Segments that the scanner's filter hides are not sent: where nothing is missing, these are all there are.
         self.layout = if is_unbroken && is_ended { found.whole() } else { self.layout.and(found) };
         let lines = self.layout.beams();
-        self.ready.push_back(Frame { number, counter, segments: open.segments, lines });
+        let begins_anew = core::mem::take(&mut self.begins_anew);
+        self.ready.push_back(Frame { number, counter, begins_anew, segments: open.segments, lines });
     }
 }
 

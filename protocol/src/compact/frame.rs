@@ -21,6 +21,8 @@ pub struct Frame {
     pub number: u64,
     /// Counts the lines of turns that were sent, lost ones included; wraps. Of the turn's first line.
     pub counter: u16,
+    /// It is the first since telegrams were counted anew: the scanner has restarted.
+    pub begins_anew: bool,
     /// The segments that came, with their stamps, by number.
     pub segments: BTreeMap<u64, Segment>,
     /// The beams that each line has in the whole turn, in device angles as CoLa counts them. A segment that is missing leaves a hole.
@@ -57,6 +59,7 @@ impl Frame {
         scan.transmit_time_us = self.segments.values().last().unwrap_or(first).transmit_time_us as u32;
         scan.scan_frequency_hz = turning.frequency_hz;
         scan.beams = beams;
+        scan.begins_anew = self.begins_anew && line == 0;
         scan.encoders.clear();
         scan.device_name.clear();
         scan.echoes.resize_with(of_first.echoes, Default::default);

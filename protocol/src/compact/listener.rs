@@ -8,6 +8,7 @@ use super::frame::Frame;
 use super::scan::ScanTelegram;
 use super::stream::{Found, StreamDecoder};
 use super::telegram::Telegram;
+use super::wheel::Wheel;
 use crate::frame::FrameCounts;
 use crate::host::{HostEvent, HostSession, Transmit};
 use crate::reading::Reading;
@@ -27,6 +28,7 @@ pub struct CompactListener {
     assembler: Assembler,
     faults: VecDeque<ScanFault>,
     readings: VecDeque<Reading>,
+    wheel: Wheel,
     /// A turn, and its lines that have been given.
     turn: Option<(Frame, usize)>,
     scan: Scan,
@@ -70,6 +72,9 @@ impl CompactListener {
     }
 
     fn take_reading(&mut self, reading: Reading) {
+        if let Reading::Wheel(wheel) = reading {
+            self.wheel.take(wheel);
+        }
         if self.readings.len() >= MAX_READINGS {
             self.readings.pop_front();
         }
@@ -120,6 +125,7 @@ impl HostSession for CompactListener {
             if let Some((frame, given)) = self.turn.take().filter(|(frame, given)| *given < frame.lines.len())
             {
                 frame.to_scan_into(given, &mut self.scan);
+                self.scan.encoders.extend(self.wheel.at(self.scan.scan_time_us));
                 self.turn = Some((frame, given + 1));
                 return Some(HostEvent::Scan);
             }

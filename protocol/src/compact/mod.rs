@@ -41,6 +41,7 @@ mod segment;
 mod shape;
 mod stream;
 mod telegram;
+mod wheel;
 mod window;
 mod wire;
 

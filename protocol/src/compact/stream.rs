@@ -38,30 +38,40 @@ pub enum Found {
     },
 }
 
-/// Finds telegrams in bytes that come in any pieces. What is no telegram is told, and the search goes on at the next start behind it.
+/// Finds telegrams in bytes that come in any pieces. What is no telegram is told once, up to the next start or the end, and the search goes on there.
 #[derive(Clone, Debug, Default)]
 pub struct StreamDecoder {
     bytes: Vec<u8>,
-    /// How many of them are told.
-    told: usize,
+    /// How many of them are passed.
+    passed: usize,
     /// Bytes of the stream before them.
     offset: u64,
+    /// What is no telegram, and has not met its end.
+    bad: Option<Stretch>,
     /// No more bytes will come.
     finished: bool,
+}
+
+/// Bytes that are no telegram.
+#[derive(Clone, Debug)]
+struct Stretch {
+    offset: u64,
+    len: usize,
+    error: CompactError,
 }
 
 impl StreamDecoder {
     /// Takes the stream's next bytes.
     pub fn push(&mut self, bytes: &[u8]) {
         // Not with every telegram: a file that comes as a whole would be moved as often as it has telegrams.
-        self.bytes.drain(..self.told);
-        self.offset += self.told as u64;
-        self.told = 0;
+        self.bytes.drain(..self.passed);
+        self.offset += self.passed as u64;
+        self.passed = 0;
         self.bytes.extend_from_slice(bytes);
     }
 
     fn rest(&self) -> &[u8] {
-        self.bytes.get(self.told..).unwrap_or_default()
+        self.bytes.get(self.passed..).unwrap_or_default()
     }
 
     /// No more bytes will come: a telegram that is not whole is told as such.
@@ -69,49 +79,60 @@ impl StreamDecoder {
         self.finished = true;
     }
 
-    /// Bytes that are not told yet.
+    /// Bytes that wait for what follows them.
     pub fn pending(&self) -> usize {
         self.rest().len()
     }
 
     /// The next stretch; none until more bytes come.
     pub fn next_found(&mut self) -> Option<Found> {
-        let rest = self.rest();
-        if rest.is_empty() {
-            return None;
+        if self.bad.is_none() {
+            let rest = self.rest();
+            if rest.is_empty() || rest.len() < HEAD && !self.finished {
+                return None;
+            }
+            let error = match length(rest) {
+                Ok(Some(len)) => match rest.get(..len).map(Telegram::decode) {
+                    Some(Ok(telegram)) => {
+                        return Some(Found::Telegram { offset: self.pass(len), len, telegram });
+                    }
+                    Some(Err(error)) => error,
+                    None if self.finished => ends_early(rest, len),
+                    None => return None,
+                },
+                Ok(None) if self.finished => ends_early(rest, rest.len() + 1),
+                Ok(None) => return None,
+                Err(error) => error,
+            };
+            self.bad = Some(Stretch { offset: self.pass(1), len: 1, error });
         }
-        let error = match length(rest) {
-            Ok(Some(len)) => match rest.get(..len).map(Telegram::decode) {
-                Some(Ok(telegram)) => return Some(Found::Telegram { offset: self.take(len), len, telegram }),
-                Some(Err(error)) => error,
-                None if self.finished => ends_early(rest, len),
-                None => return None,
-            },
-            Ok(None) if self.finished => ends_early(rest, rest.len() + 1),
-            Ok(None) => return None,
-            Err(error) => error,
-        };
-        let len = self.next_start()?;
-        Some(Found::Bad { offset: self.take(len), len, error })
+        self.end_of_bad()
     }
 
-    fn take(&mut self, len: usize) -> u64 {
-        let offset = self.offset + self.told as u64;
-        self.told += len;
+    fn pass(&mut self, len: usize) -> u64 {
+        let offset = self.offset + self.passed as u64;
+        self.passed += len;
         offset
     }
 
-    /// Bytes to where the next telegram may begin; none while it may begin in bytes that have not come.
-    fn next_start(&self) -> Option<usize> {
+    /// The stretch that is no telegram, once the next telegram may begin behind it. However its bytes come, it is one.
+    fn end_of_bad(&mut self) -> Option<Found> {
         let rest = self.rest();
-        let found = rest.get(1..)?.windows(HEAD).position(begins).map(|at| at + 1);
-        match found {
-            Some(at) => Some(at),
-            None if self.finished => Some(rest.len()),
+        let start = rest.windows(HEAD).position(begins);
+        let is_over = start.is_some() || self.finished;
+        let more = match start {
+            Some(at) => at,
+            None if self.finished => rest.len(),
             // The last bytes may be a part of a start: they wait for what follows.
-            None if rest.len() >= 2 * HEAD => Some(rest.len() - (HEAD - 1)),
-            None => None,
+            None => rest.len().saturating_sub(HEAD - 1),
+        };
+        self.pass(more);
+        let bad = self.bad.as_mut()?;
+        bad.len += more;
+        if !is_over {
+            return None;
         }
+        self.bad.take().map(|Stretch { offset, len, error }| Found::Bad { offset, len, error })
     }
 }
 

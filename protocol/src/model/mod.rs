@@ -343,6 +343,11 @@ pub fn by_ident(ident: &str) -> impl Iterator<Item = &'static Model> + Clone {
 }
 
 impl Model {
+    /// Whether its scans tell what a wheel encoder counts: in their own telegrams, or beside Compact telegrams in those of the encoder.
+    pub fn tells_ticks(&self) -> bool {
+        self.encoders > 0 || self.compact.is_some_and(|compact| compact.has("EncoderDataEnable"))
+    }
+
     /// The full beam grid in a scan mode; of an interlaced one, the beams of all its turns.
     pub fn beams(&self, mode: ScanMode) -> BeamGrid {
         BeamGrid::spanning(self.start_angle, self.stop_angle, mode.step)

@@ -324,6 +324,10 @@ proptest! {
         telegrams.iter().for_each(|telegram| telegram.encode(&mut bytes).unwrap());
         let (one, other) = bytes.split_at(cut.index(bytes.len()));
         let in_pieces = found(&[one, other]);
+        // What is no telegram is one thing, however its bytes come.
+        let bytewise: Vec<&[u8]> = bytes.chunks(1).collect();
+        prop_assert_eq!(summary(&found(&bytewise)), summary(&found(&[&bytes])));
+        prop_assert_eq!(summary(&in_pieces), summary(&found(&[&bytes])));
         let good: Vec<Telegram> = in_pieces.iter().filter_map(|found| match found {
             Found::Telegram { telegram, .. } => Some(telegram.clone()),
             Found::Bad { .. } => None,
@@ -338,6 +342,36 @@ proptest! {
         }
         prop_assert_eq!(told, bytes.len() as u64);
     }
+}
+
+proptest! {
+    #[test]
+    fn a_changed_bit_is_one_bad_telegram_however_the_bytes_come(
+        telegrams in prop::collection::vec(any_telegram(), 3..6),
+        which in any::<prop::sample::Index>(),
+        at in any::<prop::sample::Index>(),
+        bit in 0..8_u8,
+    ) {
+        let mut datagrams: Vec<Vec<u8>> = telegrams.iter().map(encoded).collect();
+        let damaged = which.index(datagrams.len());
+        let at = at.index(datagrams[damaged].len());
+        datagrams[damaged][at] ^= 1 << bit;
+        let pieces: Vec<&[u8]> = datagrams.iter().map(Vec::as_slice).collect();
+        let bytes = datagrams.concat();
+        for found in [found(&pieces), found(&[&bytes]), found(&bytes.chunks(7).collect::<Vec<_>>())] {
+            let bad = found.iter().filter(|found| matches!(found, Found::Bad { .. })).count();
+            prop_assert_eq!((bad, found.len()), (1, telegrams.len()));
+        }
+    }
+}
+
+/// Place, length and error of all stretches; telegrams by their length alone, as a NaN equals nothing.
+fn summary(found: &[Found]) -> Vec<(u64, usize, Option<String>)> {
+    let one = |found: &Found| match found {
+        Found::Telegram { offset, len, .. } => (*offset, *len, None),
+        Found::Bad { offset, len, error } => (*offset, *len, Some(format!("{error:?}"))),
+    };
+    found.iter().map(one).collect()
 }
 
 #[test]

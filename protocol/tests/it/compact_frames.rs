@@ -227,10 +227,32 @@ fn a_scanner_that_restarts_is_followed() {
     let (before, after) = (turns(1, 20), turns(1, 5));
     let (scans, listener) = heard(before.datagrams.iter().chain(&after.datagrams).flatten());
     assert_eq!((scans.len(), listener.segments().lost), (25, 0));
+    let anew: Vec<usize> = (0..).zip(&scans).filter(|(_, scan)| scan.begins_anew).map(|(n, _)| n).collect();
+    assert_eq!(anew, [20]);
     // One that was heard for so short a time that its counters could be late ones: after some turns it is.
     let (before, after) = (turns(1, 3), turns(1, 12));
     let (scans, _) = heard(before.datagrams.iter().chain(&after.datagrams).flatten());
     let last = scans.last().map(|scan| scan.scan_counter);
+    // Heard again when it has turned more often than before, it looks as if turns were missing: only telegrams are counted anew.
+    let (before, after) = (turns(1, 9), turns(1, 16));
+    let first = scan_of(&after.datagrams[12][0]).telegram_counter;
+    let late = after.datagrams[12..].iter().flatten().map(|datagram| {
+        let mut scan = scan_of(datagram);
+        scan.telegram_counter -= first - 1;
+        encoded(scan)
+    });
+    let sent: Vec<_> = before.datagrams.iter().flatten().cloned().chain(late).collect();
+    let (again, _) = heard(&sent);
+    let mut counting = rowscan_protocol::counting::Counting::default();
+    for scan in &again {
+        counting.observe(scan);
+    }
+    assert_eq!(
+        (counting.restarts, counting.lost),
+        (1, 0),
+        "{:?}",
+        again.iter().map(|scan| scan.scan_counter).collect::<Vec<_>>()
+    );
     assert!(scans.len() >= 10 && last == Some(11), "{} scans up to {last:?}", scans.len());
 }
 

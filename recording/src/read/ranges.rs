@@ -159,6 +159,13 @@ impl Header {
         let before = channel.values.len();
         channel.values.clear();
         for cell in cells {
+            if cell.eq_ignore_ascii_case("nan") {
+                return Err(wrong(
+                    line,
+                    "ranges that are known, since this form has no word for others (`--what shots` has all that are known)",
+                    cell,
+                ));
+            }
             let range: f64 = if cell.is_empty() { 0.0 } else { cell.parse().unwrap_or(f64::NAN) };
             let value = (range * unit_mm / f64::from(channel.scale)).round();
             if !(0.0..=65_535.0).contains(&value) {

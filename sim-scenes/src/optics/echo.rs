@@ -5,22 +5,8 @@ use rowscan_protocol::optics::{FogFilter, Pulse};
 use super::groups::Sums;
 use super::parts::Parts;
 use super::settings::{Blend, OpticsSettings};
-use super::touch::{NO_RAY, Touch};
+use super::touch::{Echo, NO_RAY, Touch};
 use super::waveform::Waveform;
-
-/// One echo of a beam, before it is measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Echo {
-    /// As its returns blend.
-    pub(super) range_m: f64,
-    pub(super) power: f64,
-    /// Share of the beam that went there.
-    pub(super) share: f64,
-    /// Two standard deviations of the ranges in it.
-    pub(super) spread_m: f64,
-    /// The ray that returned most.
-    pub(super) ray: u32,
-}
 
 /// What becomes an echo.
 #[derive(Clone, Copy, Debug)]

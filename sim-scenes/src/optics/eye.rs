@@ -7,7 +7,7 @@ use rowscan_protocol::scan::Pose;
 
 use super::air::{self, AirStage, Moment, Shot, Source};
 use super::draws::{Draws, LineDraws, Use};
-use super::echo::{Echo, Rules, nearest};
+use super::echo::{Rules, nearest};
 use super::energy;
 use super::footprint::Footprint;
 use super::groups::{Grouping, Sums};
@@ -17,6 +17,7 @@ use super::parts::Parts;
 use super::settings::OpticsSettings;
 use super::spot::{PHASES, SpotGrid};
 use super::stage::Stage;
+use super::touch::Echo;
 use crate::caster::{BeamFan, Caster, Class, Cone, Return};
 use crate::lanes::WIDTH;
 

@@ -1,4 +1,4 @@
-//! What part of a beam met.
+//! What part of a beam met, and the echoes made of it.
 
 /// What part of a beam met.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,3 +14,17 @@ pub(super) struct Touch {
 
 /// Ray number of a return that no surface gave.
 pub(super) const NO_RAY: u32 = u32::MAX;
+
+/// One echo of a beam, before it is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Echo {
+    /// As its returns blend.
+    pub(super) range_m: f64,
+    pub(super) power: f64,
+    /// Share of the beam that went there.
+    pub(super) share: f64,
+    /// Two standard deviations of the ranges in it.
+    pub(super) spread_m: f64,
+    /// The ray that returned most.
+    pub(super) ray: u32,
+}

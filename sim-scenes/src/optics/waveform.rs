@@ -2,8 +2,7 @@
 //!
 //! One return alone is a peak at its own range. Of two returns, the peaks melt together where they are closer than about 0.85 pulse widths.
 
-use super::echo::Echo;
-use super::touch::Touch;
+use super::touch::{Echo, Touch};
 
 /// From the width of a Gaussian pulse at half its height to its standard deviation.
 const SIGMAS_A_WIDTH: f64 = 2.354_820_045_030_949;

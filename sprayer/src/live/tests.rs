@@ -232,7 +232,10 @@ fn readers_see_what_was_since_their_own_last_look() {
 /// A pass by nothing.
 fn pass_of(boom: Boom) -> crate::Pass {
     let drive = crate::Drive::of(
-        |at| rowscan_vehicle::Tractor::new(rowscan_vehicle::trajectory::Trajectory::straight(0.0, 1.5)).motion(at),
+        |at| {
+            rowscan_vehicle::Tractor::new(rowscan_vehicle::trajectory::Trajectory::straight(0.0, 1.5))
+                .motion(at)
+        },
         SimTime::ZERO,
         SimTime((END_S * 1e9) as u64),
     );
@@ -260,7 +263,10 @@ fn nobody_takes_more_from_a_tank_than_it_held() {
                 let balance = node.balance(Span::new(0.0, to));
                 balance.pump_l - balance.returned_l
             };
-            assert!((1..=30).all(|tick| drawn_l(f64::from(tick) / 10.0) <= tank_l + 1e-9), "{hose_l} {tank_l}");
+            assert!(
+                (1..=30).all(|tick| drawn_l(f64::from(tick) / 10.0) <= tank_l + 1e-9),
+                "{hose_l} {tank_l}"
+            );
             let last = told.last().expect("looks");
             assert_eq!(last.tank_empty, delivery.dry_s.is_some(), "{hose_l} {tank_l}");
             if let Some(dry_s) = delivery.dry_s {

@@ -80,6 +80,7 @@ impl Follower {
                 Ok(Taken::SentBack) => true,
                 Err(_) => false,
             };
+            let broken_off = scanner.broken_off();
             let counts = scanner.stop(STOP_TIMEOUT).await;
             drop(telling);
             if let Some(feed) = self.feed.as_mut().filter(|_| again) {
@@ -89,6 +90,9 @@ impl Follower {
             }
             let mut estimate = self.pipeline.finish();
             estimate.heard_over(counts.telegrams_bad, counts.segments_lost);
+            if let Some(place) = broken_off {
+                estimate.broken_off(place);
+            }
             // What was seen before a failure is not lost by it.
             let seen = taken.is_ok() || estimate.scans > 0 || estimate.telegrams_bad > 0;
             return self.ended(seen.then_some(estimate), taken.map(drop));

@@ -322,7 +322,8 @@ impl TaskClient {
         let known = self.pool.process_data();
         let properties = known.iter().find(|known| (known.0, known.1) == (element, ddi));
         let refusals = match (properties, what) {
-            (None, _) if !known.iter().any(|known| known.0 == element) => refusal::ELEMENT,
+            (None, _) if !self.pool.has_element(element) => refusal::ELEMENT,
+            // Properties are read in the pool, and asked for by nobody.
             (None, _) => refusal::DDI,
             (Some(_), command::REQUEST) if ddi == ddi::DEFAULT_SET => {
                 for (element, ddi, properties, _) in known {

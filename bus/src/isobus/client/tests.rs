@@ -277,6 +277,10 @@ fn questions_and_triggers_are_answered_and_nonsense_is_refused() {
     let refused = [
         (command::VALUE, 99, 290, 0, refusal::ELEMENT),
         (command::VALUE, 2, 999, 0, refusal::DDI),
+        // The first and the last section have properties, which stand in the pool; there is no fifth one.
+        (command::REQUEST, 4, ddi::OFFSET_Y, 0, refusal::DDI),
+        (command::REQUEST, 7, ddi::SUB_UNITS, 0, refusal::DDI),
+        (command::REQUEST, 8, ddi::OFFSET_Y, 0, refusal::ELEMENT),
         (command::VALUE, 2, 161, 0, refusal::NOT_SETTABLE),
         (command::VALUE, 2, 160, 7, refusal::VALUE),
         (command::DISTANCE_INTERVAL, 2, 161, 100, refusal::TRIGGER),

@@ -281,6 +281,11 @@ impl Pool {
         numbers
     }
 
+    /// True if it has an element with this number, though that may have properties only.
+    pub fn has_element(&self, wanted: u16) -> bool {
+        self.0.iter().any(|object| matches!(object.kind, Kind::Element { number, .. } if number == wanted))
+    }
+
     /// Process data by element and DDI, with its properties and triggers.
     pub fn process_data(&self) -> Vec<(u16, u16, u8, u8)> {
         let mut all = Vec::new();

@@ -75,6 +75,19 @@ pub enum What {
     NotTaken(u16, u16, u8),
 }
 
+/// Why nobody has been told what is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Untold {
+    /// No client's pool is in use.
+    NoClient,
+    /// A fault keeps it from being heard.
+    Unheard,
+    /// A fault keeps it busy.
+    Busy,
+    /// Pools are in use, and none of them takes a setpoint of it.
+    NoSetpoint,
+}
+
 /// The task controller on the bus.
 #[derive(Clone, Debug)]
 pub struct TaskServer {
@@ -83,6 +96,8 @@ pub struct TaskServer {
     transport: Transport,
     peers: Vec<Peer>,
     wishes: Wishes,
+    /// A client has been told `wishes`.
+    is_told: bool,
     status_due: Option<SimTime>,
     news: Vec<News>,
     trouble: Trouble,
@@ -97,6 +112,7 @@ impl TaskServer {
             transport: Transport::new(LONGEST),
             peers: Vec::new(),
             wishes,
+            is_told: false,
             status_due: None,
             news: Vec::new(),
             trouble: Trouble::default(),
@@ -146,12 +162,24 @@ impl TaskServer {
 
     /// From now on this is wanted of every client.
     pub fn command(&mut self, at: SimTime, wishes: Wishes, out: &mut Vec<CanFrame>) {
-        self.wishes = wishes;
+        (self.wishes, self.is_told) = (wishes, false);
         let mut said = Vec::new();
         for place in 0..self.peers.len() {
             self.wish(at, place, &mut said);
         }
         self.let_out(said, out);
+    }
+
+    /// Why no client has been told yet what is wanted now; none where one has.
+    pub fn untold(&self) -> Option<Untold> {
+        let is_served = self.peers.iter().any(|peer| peer.active().is_some());
+        match self.trouble {
+            _ if self.is_told => None,
+            Trouble { is_lost: true, .. } => Some(Untold::Unheard),
+            Trouble { is_busy: true, .. } => Some(Untold::Busy),
+            _ if is_served => Some(Untold::NoSetpoint),
+            _ => Some(Untold::NoClient),
+        }
     }
 
     /// A bus, or another port of it, opens.
@@ -402,6 +430,8 @@ impl TaskServer {
         }
         let (wishes, Some(peer)) = (&self.wishes, self.peers.get_mut(place)) else { return };
         let (client, messages) = (peer.address, peer.wishes(at, wishes));
+        self.is_told |=
+            !self.trouble.is_lost && messages.iter().any(|message| message.command == command::VALUE);
         for message in messages {
             self.send(client, message.bytes(), out);
         }

@@ -251,8 +251,7 @@ impl Peer {
         let known = pool.process_data();
         let key = (told.element, told.ddi);
         if !known.iter().any(|known| (known.0, known.1) == key) {
-            let is_element = known.iter().any(|known| known.0 == told.element);
-            return if is_element { refusal::DDI } else { refusal::ELEMENT };
+            return if pool.has_element(told.element) { refusal::DDI } else { refusal::ELEMENT };
         }
         self.values.insert(key, told.value);
         if self.wanted.iter().all(|(key, value)| self.values.get(key) == Some(value)) {

@@ -252,6 +252,7 @@ fn bytes_are_answered_as_by_other_stacks() {
     assert!(hand.ask(0x55, told(2, 161)).is_empty());
     assert_eq!(hand.0.value(0x55, 2, 161), Some(1));
     assert_eq!(hand.ask(0x55, told(2, 999))[0][4], refusal::DDI);
+    assert_eq!(hand.ask(0x55, told(4, 161))[0][4], refusal::DDI, "a section has properties only");
     assert_eq!(hand.ask(0x55, told(77, 161))[0][4], refusal::ELEMENT);
     // What is a server's to say is no client's.
     assert_eq!(hand.ask(0x55, descriptor_message(descriptor::ACTIVATED, &[0])), nack);
