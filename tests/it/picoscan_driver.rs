@@ -123,8 +123,9 @@ fn lost_segments_are_told(folder: &Path, file: &str, scene: &str, whole: &Value)
     let stream = writer.add_stream("scanner", StreamKind::Compact).expect("added");
     let (mut number, mut dropped) = (0, 0);
     while let Some(packet) = recording.next_packet().expect("it reads") {
-        number += 1;
-        if (31..=540).contains(&number) && number % 9 == 0 {
+        // The encoder's are shorter than any segment.
+        number += usize::from(packet.bytes.len() > 100);
+        if packet.bytes.len() > 100 && (31..=540).contains(&number) && number % 9 == 0 {
             dropped += 1;
             continue;
         }
@@ -212,7 +213,7 @@ fn faults_of_datagrams_cost_what_they_say() {
         ("name = \"udp_loss\"\npb = 0.02\npg = 0.25", 5..=90),
         ("name = \"udp_dup\"\np = 0.5", 0..=0),
         ("name = \"udp_reorder\"\nbehind = 3\np = 0.2", 0..=0),
-        ("name = \"udp_reorder\"\nbehind = 9\np = 0.1", 10..=80),
+        ("name = \"udp_reorder\"\nbehind = 9\np = 0.2", 10..=80),
         ("name = \"udp_late\"\nms = 80\np = 0.1", 10..=80),
         // Telegrams of the default profile need one packet of 1500 bytes, and three of 576.
         ("name = \"udp_fragment\"\np = 0.05", 0..=0),

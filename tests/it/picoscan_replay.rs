@@ -78,7 +78,11 @@ fn a_replay_gives_the_estimate_of_its_file_to_the_last_figure() {
 
 /// What is sent, when, where; and what is refused.
 fn goes_where_it_may(path: &impl Fn(&str) -> String, file: &str, scene: &str) {
-    let recorded = datagrams(Path::new(file));
+    // The encoder's, which are shorter than any segment, go to a port of their own, and only where somebody has asked for them.
+    let segments = |file: &str| -> Vec<(u64, Vec<u8>)> {
+        datagrams(Path::new(file)).into_iter().filter(|(_, bytes)| bytes.len() > 100).collect()
+    };
+    let recorded = segments(file);
     let taker = UdpSocket::bind("127.0.0.1:0").expect("a port");
     taker.set_read_timeout(Some(PATIENCE)).expect("set");
     let to = taker.local_addr().expect("bound").to_string();
@@ -92,7 +96,7 @@ fn goes_where_it_may(path: &impl Fn(&str) -> String, file: &str, scene: &str) {
     let ended = telling.end();
     let end = ended.iter().find(|line| line.get("datagrams_sent").is_some()).expect("it counts datagrams");
     assert_eq!(end["datagrams_sent"], recorded.len(), "{end}");
-    let played = datagrams(Path::new(&again));
+    let played = segments(&again);
     assert!(played.iter().map(|(_, bytes)| bytes).eq(recorded.iter().map(|(_, bytes)| bytes)));
     let span_s = |all: &[(u64, Vec<u8>)]| (all[all.len() - 1].0 - all[0].0) as f64 * 1e-9;
     assert!((span_s(&played) - span_s(&recorded)).abs() < 1.0, "{} s", span_s(&played));
