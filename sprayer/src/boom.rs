@@ -424,6 +424,13 @@ impl Boom {
         }
     }
 
+    /// Width that it treats in a pass, metres: an alley serves half of the rows on its sides, and a boom with one side does half of it.
+    pub fn swath_m(&self, row_spacing_m: f64) -> f64 {
+        let has = |side: Side| self.sections.iter().any(|section| section.side == side);
+        let sides = [Side::Left, Side::Right].into_iter().filter(|side| has(*side)).count();
+        row_spacing_m / 2.0 * sides as f64
+    }
+
     /// The sections' numbers in commands.
     pub fn numbers(&self) -> impl Iterator<Item = u16> + '_ {
         (1..).zip(&self.sections).map(|(place, section)| section.number.unwrap_or(place))

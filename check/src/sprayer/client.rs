@@ -45,14 +45,14 @@ impl ClientSpec {
         Self { on_loss }
     }
 
-    /// The control function of this machine, which treats so many metres in a pass.
+    /// The control function of this machine, between rows so far apart.
     pub(crate) fn role(
         &self,
         (boom, machine): (&Boom, Machine),
-        width_m: Option<f64>,
+        row_spacing_m: Option<f64>,
         (log, troubles): (SectionLog, TroubleDesk),
     ) -> Role {
-        let client = TaskClient::new(implement(boom, width_m), self.on_loss);
+        let client = TaskClient::new(implement(boom, row_spacing_m), self.on_loss);
         let client = Box::new(client.with_machine(Box::new(SeenMachine::new(machine))));
         Role::Client { client, log, troubles }
     }
@@ -99,7 +99,7 @@ impl ClientMachine for SeenMachine {
 }
 
 /// What a boom's client tells of it. Its sections stand in the order of their numbers: in condensed work states as well.
-fn implement(boom: &Boom, width_m: Option<f64>) -> Implement {
+fn implement(boom: &Boom, row_spacing_m: Option<f64>) -> Implement {
     let mm = |m: f64| (m * 1000.0).round() as i32;
     let nozzles = boom.nozzles();
     let mut sections: Vec<ImplementSection> = boom
@@ -124,7 +124,7 @@ fn implement(boom: &Boom, width_m: Option<f64>) -> Implement {
         |of: fn(&rowscan_sprayer::boom::Nozzle) -> f64| nozzles.iter().map(of).fold(0.0, f64::max).round();
     Implement {
         name: Implement::name(),
-        width_mm: width_m.map_or(0, mm),
+        width_mm: row_spacing_m.map_or(0, |spacing_m| mm(boom.swath_m(spacing_m))),
         behind_mm: mm(boom.offset_y_m),
         on_ms: slowest(|nozzle| nozzle.valve.on_ms) as i32,
         off_ms: slowest(|nozzle| nozzle.valve.off_ms) as i32,
@@ -174,6 +174,9 @@ mod tests {
         let told = implement(&Boom::read(&boom).expect("a boom"), Some(4.0));
         assert_eq!((told.width_mm, told.behind_mm, told.on_ms, told.off_ms), (4000, 1500, 150, 100));
         assert_eq!(told.tank_ml, Some(400_000));
+        let one_sided = boom.replace("\"left\"", "\"right\"");
+        let half = implement(&Boom::read(&one_sided).expect("a boom"), Some(4.0));
+        assert_eq!(half.width_mm, 2000, "half an alley");
         let sections: Vec<_> = told
             .sections
             .iter()

@@ -164,11 +164,6 @@ impl Found {
         let settings = Settings { rays: RAYS, ..Settings::new(pass.seed()) };
         let interception = intercept(pass, orchard, &runs, &settings).pop();
         let spacing_m = orchard.row_spacing_m();
-        // An alley serves half of the rows on its sides: a boom with one side does half of it.
-        let sides = [rowscan_sprayer::Side::Left, rowscan_sprayer::Side::Right]
-            .iter()
-            .filter(|side| pass.boom().sections.iter().any(|section| section.side == **side))
-            .count();
         let going = pass.drive().going(pass.boom().standstill_m_s);
         let way_m: f64 = going.iter().map(|span| pass.way_m(span.to) - pass.way_m(span.from)).sum();
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -185,7 +180,7 @@ impl Found {
             score: Score::of(pass, &flows),
             edges: Edges::of(pass, &flows),
             interception,
-            ground_m2: spacing_m.map(|spacing_m| spacing_m / 2.0 * sides as f64 * way_m),
+            ground_m2: spacing_m.map(|spacing_m| pass.boom().swath_m(spacing_m) * way_m),
             wall_m: has_leaves.then_some(high[1] - low[1]),
             width_m: high[0] - low[0],
             spacing_m,
