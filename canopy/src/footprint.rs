@@ -173,10 +173,9 @@ impl Footprint {
         };
         let [fewer, more] =
             [self.least_share + self.least_share_sd, self.least_share - self.least_share_sd].map(inflation);
-        // All of it lies on one side where no less than nothing can be asked for.
-        (more - fewer).abs()
-            / (if self.least_share < self.least_share_sd { 1.0 } else { 2.0 })
-            / self.inflation(range_m, projection)
+        // A share below 0 does not exist: there the whole difference lies on one side.
+        let sides = if self.least_share < self.least_share_sd { 1.0 } else { 2.0 };
+        (more - fewer).abs() / sides / self.inflation(range_m, projection)
     }
 
     fn rim(&self, range_m: f64, projection: f64) -> Rim {

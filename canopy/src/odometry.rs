@@ -129,11 +129,11 @@ impl Odometry {
                     // The counter wraps, upwards and back through zero.
                     let ticks = reading.position_ticks.wrapping_sub(self.ticks) as i32;
                     self.ticks = reading.position_ticks;
-                    let counts_anew =
-                        std::mem::take(&mut self.restarted) && f64::from(ticks) / ticks_per_m < 0.0;
-                    let ticks = if counts_anew { 0 } else { ticks };
-                    self.moved |= ticks != 0;
-                    let way_m = f64::from(ticks) / ticks_per_m;
+                    let mut way_m = f64::from(ticks) / ticks_per_m;
+                    if std::mem::take(&mut self.restarted) {
+                        way_m = way_m.max(0.0);
+                    }
+                    self.moved |= way_m != 0.0;
                     self.y_m += way_m;
                     if passed_s > 0.0 {
                         self.speed_m_s = way_m / passed_s;

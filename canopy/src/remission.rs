@@ -169,15 +169,14 @@ impl RemissionScale {
 
 /// Refuses other cards that test nothing.
 fn test_others(others: &[CardReading], first: f64, readings: &[[f64; 2]]) -> Result<(), PipelineError> {
-    let mut reflectances: Vec<f64> = others.iter().map(|card| card.reflectance).collect();
+    let mut reflectances: Vec<f64> = others.iter().map(|card| card.reflectance).chain([first]).collect();
+    let [nearest_m, farthest_m] =
+        [readings.first(), readings.last()].map(|end| end.map_or(0.0, |end| end[0]));
     for card in others {
         PipelineError::check("rig.scanner.remission.others.reflectance", card.reflectance, 0.001, 2.0)?;
         PipelineError::check("rig.scanner.remission.others.remission", card.remission, -1e4, 1e4)?;
-        let [nearest_m, farthest_m] =
-            [readings.first(), readings.last()].map(|end| end.map_or(0.0, |end| end[0]));
         PipelineError::check("rig.scanner.remission.others.range_m", card.range_m, nearest_m, farthest_m)?;
     }
-    reflectances.push(first);
     reflectances.sort_by(f64::total_cmp);
     reflectances.dedup();
     let found = reflectances.len();

@@ -109,10 +109,7 @@ impl Counting {
             return self.line(scan, 0.0, Link::First);
         };
         if scan.begins_anew {
-            return self.restart(
-                scan,
-                last.travel_s + self.period_s.unwrap_or(nominal_period_s(self.nominal_hz(scan))),
-            );
+            return self.restart(scan, last);
         }
         let steps = counter.wrapping_sub(last.counter);
         self.turns.add(steps, scan.scan_counter.wrapping_sub(last.turn));
@@ -124,7 +121,7 @@ impl Counting {
         let frequency_hz = self.nominal_hz(scan);
         let nominal_s = nominal_period_s(frequency_hz);
         if steps == 0 || steps > u16::MAX / 2 || clock_us < 0 {
-            return self.restart(scan, last.travel_s + self.period_s.unwrap_or(nominal_s));
+            return self.restart(scan, last);
         }
         if clock_us == 0 {
             self.untimed += 1;
@@ -146,7 +143,7 @@ impl Counting {
         if passed_s <= MAX_PAUSE_S && steps == 1 {
             return self.line(scan, travel_s, Link::Broken);
         }
-        self.restart(scan, last.travel_s + self.period_s.unwrap_or(nominal_s))
+        self.restart(scan, last)
     }
 
     /// Takes this frequency, telegrams a second, where a telegram states none.
@@ -184,7 +181,10 @@ impl Counting {
         each_s >= low_s && each_s <= high_s
     }
 
-    fn restart(&mut self, scan: &Scan, travel_s: f64) -> Turn {
+    /// The device began anew behind `last`: how long that took is unknown, and a period stands for it.
+    fn restart(&mut self, scan: &Scan, last: Reading) -> Turn {
+        let nominal_s = nominal_period_s(self.nominal_hz(scan));
+        let travel_s = last.travel_s + self.period_s.unwrap_or(nominal_s);
         self.restarts += 1;
         self.period_s = None;
         self.rebase(scan.scan_time_us, travel_s);

@@ -8,7 +8,7 @@ use crate::valve::Step;
 /// To this part of a second.
 const EXACT_S: f64 = 1e-12;
 
-/// Between two looks at the level, seconds: what hoses give back in between hides no dry tank that lasts.
+/// Time between two looks at the level, seconds. A level that falls to 0 and rises again in between is not seen.
 const LOOK_S: f64 = 0.1;
 
 /// What leaves the nozzles as litres: by the pressure where that changes, else at the nominal one.

@@ -1,7 +1,7 @@
 //! Puts the segments of turns together, as datagrams bring them: lost, late, twice, in any order.
 //!
 //! Segments of a turn have its number; telegrams are counted over all turns, and a gap in the counter is what was lost. A turn is given once all its
-//! segments are there, or once [`REORDER`] telegrams behind its end have come; what comes later than that is lost. Memory is bounded: at most
+//! segments are there, or once more than [`REORDER`] telegrams behind its end have come; what comes later than that is lost. Memory is bounded: at most
 //! [`MAX_OPEN`] turns are waited for.
 
 use alloc::collections::{BTreeMap, VecDeque};

@@ -40,6 +40,11 @@ impl Rules {
         }
     }
 
+    /// Whether echoes are made of groups of returns.
+    pub(super) fn groups_returns(&self) -> bool {
+        self.blend != Blend::Pulse
+    }
+
     pub(super) fn detects(&self, echo: &Echo) -> bool {
         let least_power = self.least_power * self.fog.times_least_power(echo.range_m);
         let least_share = self.min_share.max(self.fog.least_share());
@@ -96,12 +101,11 @@ impl Echo {
         let Sums { from_m, power, share, first, second, column } = group;
         let [from_m, power, share, first, second, column] = [from_m, power, share, first, second, column]
             .map(|row| row.0.get(lane).copied().unwrap_or_default());
-        let mean_m = first / power;
         (power > 0.0).then(|| Self {
-            range_m: if nearest { from_m } else { from_m + mean_m },
+            range_m: if nearest { from_m } else { from_m + first / power },
             power,
             share,
-            spread_m: 2.0 * (second / power - mean_m * mean_m).max(0.0).sqrt(),
+            spread_m: Self::spread_m(power, first, second),
             ray: parts.ray(column as usize, lane),
         })
     }

@@ -229,7 +229,7 @@ impl Eye {
         }
         // What is too near is not measured, though it stands in the way.
         parts.forget_nearer(limits.min_range_m);
-        if settings.stages.has(Stage::Echoes) {
+        if settings.stages.has(Stage::Echoes) && rules.groups_returns() {
             Arch::new().dispatch(Grouping { parts, merged_m: rules.merged_m, groups });
         }
     }

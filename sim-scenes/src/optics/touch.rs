@@ -28,3 +28,11 @@ pub(super) struct Echo {
     /// The ray that returned most.
     pub(super) ray: u32,
 }
+
+impl Echo {
+    /// Two standard deviations of ranges whose first and second moments, weighted by power, are these sums.
+    pub(super) fn spread_m(power: f64, first: f64, second: f64) -> f64 {
+        let mean_m = first / power;
+        2.0 * (second / power - mean_m * mean_m).max(0.0).sqrt()
+    }
+}

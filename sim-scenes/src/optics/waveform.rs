@@ -36,8 +36,7 @@ impl Waveform {
         echoes.clear();
         touches.retain(|touch| touch.power > 0.0);
         touches.sort_by(|one, other| one.range_m.total_cmp(&other.range_m));
-        let apart = |pair: [&Touch; 2]| pair[1].range_m - pair[0].range_m > REACH * self.sigma_m;
-        for heard in touches.chunk_by(|near, far| !apart([near, far])) {
+        for heard in touches.chunk_by(|near, far| far.range_m - near.range_m <= REACH * self.sigma_m) {
             self.peaks(heard, echoes);
         }
     }
@@ -83,12 +82,11 @@ impl Waveform {
             }
         }
         if let Some(strongest) = strongest {
-            let mean_m = first / power;
             echoes.push(Echo {
                 range_m: self.top(heard, near_m),
                 power,
                 share,
-                spread_m: 2.0 * (second / power - mean_m * mean_m).max(0.0).sqrt(),
+                spread_m: Echo::spread_m(power, first, second),
                 ray: strongest.ray,
             });
         }
