@@ -75,6 +75,8 @@ impl Place {
     pub fn source(&self) -> Option<String> {
         match (self.kind, &self.at) {
             ("tcp", at) => Some(format!("tcp://{at}")),
+            // Scans come to a free port of the reader's.
+            ("rest", at) => Some(format!("picoscan://{at}?udp=0")),
             ("pty", at) => Some(format!("serial:{at}")),
             ("rfc2217", at) => Some(format!("rfc2217://{at}")),
             _ => None,

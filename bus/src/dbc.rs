@@ -132,7 +132,7 @@ pub fn markdown() -> String {
             } else {
                 signal.names.iter().map(|(raw, name)| format!("{raw} {name}")).collect::<Vec<_>>().join(", ")
             };
-            let largest = signal.raw_max() as f64 * signal.scale + signal.offset;
+            let largest = signal.largest();
             let largest =
                 if signal.bits > 32 { String::new() } else { format!("{}", (largest * 1e6).round() / 1e6) };
             let last = signal.start + signal.bits - 1;

@@ -71,19 +71,24 @@ impl Signal {
         if self.signed { -(1i128 << (self.bits - 1)) } else { 0 }
     }
 
+    /// The largest value that it can say.
+    pub fn largest(&self) -> f64 {
+        self.raw_max() as f64 * self.scale + self.offset
+    }
+
     /// The raw value of "not available".
     fn missing(&self) -> u64 {
         if self.signed { self.mask() >> 1 } else { self.mask() }
     }
 
-    /// The raw value that is nearest.
-    fn nearest(&self, value: f64) -> i128 {
-        ((value - self.offset) / self.scale).round() as i128
+    /// The raw value that is nearest; 64 bits have more digits than `value`.
+    fn nearest(&self, value: f64) -> f64 {
+        ((value - self.offset) / self.scale).round()
     }
 
     /// True of a value that its bits can say, to the nearest step.
     pub fn can_say(&self, value: f64) -> bool {
-        value.is_finite() && (self.raw_min()..=self.raw_max()).contains(&self.nearest(value))
+        (self.raw_min() as f64..=self.raw_max() as f64).contains(&self.nearest(value))
     }
 
     /// True of a value other than 0 whose nearest step is 0.
@@ -91,10 +96,10 @@ impl Signal {
         value != 0.0 && value.is_finite() && self.nearest(value) == self.nearest(0.0)
     }
 
-    /// Raw bits of a value, to the nearest step, held within what can be said.
+    /// Raw bits of a value, to the nearest step. A value that they cannot say is not available: its limit would be another value, and a wrong one.
     fn raw(&self, value: Option<f64>) -> u64 {
-        let Some(value) = value.filter(|value| value.is_finite()) else { return self.missing() };
-        let raw = self.nearest(value);
+        let Some(value) = value.filter(|value| self.can_say(*value)) else { return self.missing() };
+        let raw = self.nearest(value) as i128;
         raw.clamp(self.raw_min(), self.raw_max()) as u64 & self.mask()
     }
 
@@ -162,13 +167,18 @@ impl Payload {
 }
 
 impl Message {
+    /// Its signal of this name.
+    pub fn signal(&self, name: &str) -> Option<&'static Signal> {
+        self.signals.iter().find(|signal| signal.name == name)
+    }
+
     /// The identifier it travels under, from `source`.
     pub fn id(&self, source: u8) -> J1939Id {
         let destination = super::frame::EVERYONE;
         J1939Id { priority: self.priority, pgn: self.pgn, source, destination }
     }
 
-    /// One value a signal, in order; what is missing, and bits of no signal, are "not available".
+    /// One value a signal, in order; what is missing, what its signal cannot say, and bits of no signal, are "not available".
     pub fn encode(&self, values: &[Option<f64>]) -> Payload {
         let mut payload = Payload::blank(self.len);
         for (index, signal) in self.signals.iter().enumerate() {
@@ -253,10 +263,32 @@ mod tests {
     }
 
     #[test]
-    fn values_beyond_what_can_be_said_are_held_at_the_limit() {
+    fn a_value_beyond_what_a_signal_of_any_message_can_say_is_not_available() {
+        for message in MESSAGES {
+            for (place, signal) in message.signals.iter().enumerate() {
+                let worth = |raw: f64| raw * signal.scale + signal.offset;
+                let (low, high) = (worth(signal.raw_min() as f64), worth(signal.raw_max() as f64));
+                let step = signal.scale.max(f64::EPSILON * high.abs());
+                let told = |value: f64| {
+                    let mut values = vec![None; message.signals.len()];
+                    values[place] = Some(value);
+                    message.encode(&values)
+                };
+                for value in [low - 2.0 * step, high + 2.0 * step, 1e30, -1e30, f64::INFINITY, f64::NAN] {
+                    let name = (message.name, signal.name, value);
+                    assert_eq!(told(value), message.encode(&[]), "{name:?}");
+                }
+                for value in [low, high] {
+                    let found = message.decode(told(value).bytes())[place];
+                    assert!(found.is_some_and(|found| (found - value).abs() <= step), "{value} {found:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn codes_for_errors_are_no_values() {
         let signal = Signal::new("Speed", 0, 16, 0.001, "m/s");
-        assert_eq!(signal.raw(Some(1e9)), 0xFAFF);
-        assert_eq!(signal.raw(Some(-1.0)), 0);
         assert_eq!(signal.raw(Some(f64::NAN)), 0xFFFF);
         assert_eq!(signal.value(0xFE00), None);
     }

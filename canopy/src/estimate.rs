@@ -1,5 +1,6 @@
 //! The result: every number with its unit in its name, `null` where it is unknown.
 
+use rowscan_protocol::model::AnyModel;
 use serde::Serialize;
 
 use crate::calibration::model::CalibrationClass;
@@ -90,6 +91,12 @@ impl Estimate {
     /// Takes note of where its recording breaks off.
     pub fn broken_off(&mut self, place: String) {
         self.warnings.push(Warning::BrokenOff { place });
+    }
+
+    /// Takes note of the models that the scanner, or its recording, says it can be, where it was taken for another; of none that is modelled, nothing
+    /// is known.
+    pub fn named(&mut self, found: &[AnyModel], taken_for: AnyModel) {
+        self.warnings.extend(Warning::other_model(found, taken_for));
     }
 
     /// True if the row's areas, or those of its leaves, are not told. With a rig, the reason is among the warnings.

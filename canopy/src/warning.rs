@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::validity::ScanFault;
 use serde::{Serialize, Serializer};
 
@@ -150,6 +151,13 @@ pub enum Warning {
         /// Where, and what is there.
         place: String,
     },
+    /// The scanner, or its recording, names another model than the one that it is taken for.
+    OtherModel {
+        /// The model that it is taken for.
+        taken_for: AnyModel,
+        /// The models that it can be.
+        found: Vec<AnyModel>,
+    },
     /// Scan telegrams that passed their checksum and gave no scan.
     Unreadable {
         /// The first one's fault.
@@ -220,6 +228,12 @@ pub enum Warning {
 }
 
 impl Warning {
+    /// Where a scanner that can be any of the models `found` is taken for another; `None` where none of them is modelled.
+    pub fn other_model(found: &[AnyModel], taken_for: AnyModel) -> Option<Self> {
+        let is_another = !found.is_empty() && !found.contains(&taken_for);
+        is_another.then(|| Self::OtherModel { taken_for, found: found.to_vec() })
+    }
+
     /// One word to branch on.
     pub fn code(&self) -> &'static str {
         match self {
@@ -249,6 +263,7 @@ impl Warning {
             Self::TurnsLeftOut { .. } => "turns_left_out",
             Self::SegmentsLost { .. } => "segments_lost",
             Self::BrokenOff { .. } => "broken_off",
+            Self::OtherModel { .. } => "other_model",
             Self::Unreadable { .. } => "unreadable",
             Self::Excluded { why: Exclusion::OtherLayer, .. } => "other_layer",
             Self::Excluded { .. } => "excluded",
@@ -366,6 +381,18 @@ impl fmt::Display for Warning {
             }
             Self::BrokenOff { place } => {
                 write!(f, "the recording is {place}; the estimate is of the scans up to there, however much of the row they show")
+            }
+            Self::OtherModel { taken_for, found } => {
+                let listed = |name: fn(AnyModel) -> &'static str| {
+                    found.iter().copied().map(name).collect::<Vec<_>>().join(" or ")
+                };
+                write!(
+                    f,
+                    "the scanner is called {}, and is taken for the model {}, of which other things are known; expected --model {}",
+                    listed(AnyModel::title),
+                    taken_for.title(),
+                    listed(AnyModel::name)
+                )
             }
             Self::Unreadable { fault, telegrams } => {
                 write!(f, "{telegrams} scan telegrams gave no scan ({}); of the first, {fault}", fault.code())

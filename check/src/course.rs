@@ -7,7 +7,7 @@ use crate::fault::ScenarioFault;
 use crate::judge::Runs;
 use crate::judged::Judged;
 use crate::runner::RunRecord;
-use crate::scenario::{End, Expect, RunSpec, Scenario};
+use crate::scenario::{End, Expect, OnExit, RunSpec, Scenario};
 use crate::what::Kind;
 
 /// What was to happen and did not, in words, and what is told of it.
@@ -62,7 +62,8 @@ fn ends_unheard(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
             .any(|expect| expect.what.kind == Kind::Unheard && expect.on.as_ref().is_none_or(|on| on == id))
     };
     let is_expected = |spec: &RunSpec| {
-        ending::exit_before_end(run, &spec.id).is_some() && ending::expects_exit(scenario, &spec.id)
+        let is_tried = spec.on_exit == OnExit::DriveOn || ending::expects_exit(scenario, &spec.id);
+        is_tried && ending::exit_before_end(run, &spec.id).is_some()
     };
     if scenario.runs.iter().any(is_expected) || run.left.is_some() {
         return None;

@@ -1,7 +1,7 @@
 //! How children ended, beside how they were expected to.
 //!
 //! One rule: a child has crashed if it ended before the run with a code other than 0, unless that very code is the one that an `exit_code` of this
-//! child expects. What was open by then is not judged.
+//! child expects, or the run drives on without it: then its end is what is tried. What was open by a crash is not judged.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use rowscan_protocol::time::SimTime;
 
 use crate::journal::{END, Event};
 use crate::runner::RunRecord;
-use crate::scenario::{Expect, RunSpec, Scenario};
+use crate::scenario::{Expect, OnExit, RunSpec, Scenario};
 use crate::what::Kind;
 
 /// A child that ended before the run with an error that nobody expects.
@@ -35,7 +35,8 @@ pub(crate) fn crash<'a>(scenario: &'a Scenario, run: &RunRecord) -> Option<Crash
         let is_expected = expected_codes(scenario, &spec.id).any(|wanted| wanted == f64::from(code));
         (!is_expected).then(|| Crash { child: &spec.id, code, at: exit.at() })
     };
-    scenario.runs.iter().filter_map(crashed).min_by_key(|crash| crash.at)
+    let may_crash = scenario.runs.iter().filter(|spec| spec.on_exit == OnExit::End);
+    may_crash.filter_map(crashed).min_by_key(|crash| crash.at)
 }
 
 /// When a child ended, if it did before the run.

@@ -354,14 +354,40 @@ fn placeholders(scenario: &Scenario, bench: &Bench, places: &mut BTreeMap<String
         };
         let number = ports.entry(&place.part).or_default();
         if !is_scanner {
-            places.insert(format!("{}.{number}", place.part), place.at.to_string());
+            places.insert(format!("{}.{number}", place.part), for_child(&place.at));
         }
         *number += 1;
-        places.entry(format!("{}.{kind}", place.part)).or_insert_with(|| place.at.to_string());
+        places.entry(format!("{}.{kind}", place.part)).or_insert_with(|| for_child(&place.at));
+    }
+}
+
+/// A place as a child is told it. A child has a folder of its own: paths are told from the root.
+fn for_child(at: &At) -> String {
+    match at {
+        // A place that is there has a name.
+        At::Path(path) => std::path::absolute(path).unwrap_or_else(|_| path.clone()).display().to_string(),
+        At::Address(_) | At::Name(_) => at.to_string(),
     }
 }
 
 /// A port with the placeholder `{run}` filled in.
 fn in_folder(port: &str, folder: &Path) -> String {
     port.replace("{run}", &folder.to_string_lossy())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_child_in_another_folder_finds_every_path_that_it_is_told() {
+        let here = std::env::current_dir().unwrap_or_default();
+        for path in ["can", "links/can", "./can", "/run/can"] {
+            let told = for_child(&At::Path(path.into()));
+            assert!(Path::new(&told).is_absolute(), "{told}");
+            assert_eq!(Path::new(&told), std::path::absolute(here.join(path)).unwrap_or_default());
+        }
+        assert_eq!(for_child(&At::Name("vcan0".to_owned())), "vcan0");
+        assert_eq!(for_child(&At::Address(([127, 0, 0, 1], 4001).into())), "127.0.0.1:4001");
+    }
 }

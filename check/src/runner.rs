@@ -26,8 +26,9 @@ use crate::output::Match;
 use crate::pause::{self, Timing};
 use crate::rig::{self, Failure, ScenarioRig};
 use crate::run_file::RunFile;
-use crate::scenario::{Mode, Ready, RunSpec, Scenario, Time};
-use crate::sprayer::SprayerRun;
+use crate::scenario::{Mode, OnExit, Ready, RunSpec, Scenario, Time};
+use crate::sprayer::{SprayerRun, reserved, untold};
+use crate::takers;
 use crate::truth;
 use crate::witness::{Stream, Witness};
 
@@ -191,9 +192,10 @@ async fn drive(
     record.longest_compute = rig.compute.longest();
     (record.frames, record.sentences) = (rig.frames.close(), rig.sentences.close());
     record.sprayer = sprayed(scenario, &rig, record);
-    let boom = scenario.sprayer.iter().filter_map(|spec| overlaps(&spec.boom));
+    let booms = scenario.sprayer.iter().map(|spec| &spec.boom);
+    let boom = booms.flat_map(|boom| overlaps(boom).into_iter().chain(untold(boom)));
     let told = record.sprayer.iter().flatten().filter_map(SprayerRun::unheeded);
-    let known: Vec<String> = boom.chain(told).collect();
+    let known: Vec<String> = boom.chain(told).chain(reserved(&rig.sections)).collect();
     record.warnings.extend(known);
     let tasks = scenario.buses.iter().filter_map(|bus| bus.task.as_ref());
     record.warnings.extend(tasks.flat_map(|task| task.told(&rig.clients.news(), &rig.clients.steps())));
@@ -341,26 +343,24 @@ async fn accompany(
     *bytes_before = compared_files(scenario, folder);
     around.hold.release();
     let (mut last, mut since) = (journal.now(), Stopwatch::start());
+    let drives_on = scenario.runs.iter().any(|run| run.on_exit == OnExit::DriveOn);
     loop {
         let all_left = async {
             for child in children.iter() {
                 child.exited().await;
             }
-            if children.is_empty() {
+            if children.is_empty() || drives_on {
                 std::future::pending::<()>().await;
             }
         };
         let _ = within(LOOK_EVERY, all_left).await;
         around.desk.note();
-        if !children.is_empty() && children.iter().all(|child| child.exit_code().is_some()) {
+        if !drives_on && !children.is_empty() && children.iter().all(|child| child.exit_code().is_some()) {
             return Ok(last_to_leave(journal));
         }
         let limit = scenario.clock.startup;
         if journal.began().is_none() && startup.elapsed() > limit {
-            return Err(format!(
-                "no one took scans within {limit:?} (`startup_wall_s`): the drive has not started"
-            )
-            .into());
+            return Err(takers::none_within(limit, &around.witness.untaken(), around.places).into());
         }
         if journal.now() != last {
             (last, since) = (journal.now(), Stopwatch::start());

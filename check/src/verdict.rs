@@ -35,10 +35,10 @@ pub enum Verdict {
     Passed,
     /// It was not judged, for a reason that is told.
     Skipped,
-    /// It does not hold.
-    Failed,
     /// The bench could not judge it.
     Error,
+    /// It does not hold. That is known: nothing that could not be judged beside it takes it back.
+    Failed,
 }
 
 /// One expectation of one run.
@@ -194,6 +194,24 @@ pub fn worst<'a>(tried: impl IntoIterator<Item = &'a Tried>) -> Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Whatever else there is: a failure is a failure, and nothing that is unknown passes.
+    #[test]
+    fn a_failure_outweighs_what_could_not_be_judged_and_that_outweighs_the_rest() {
+        use Verdict::{Error, Failed, Passed, Skipped};
+        let all = [Passed, Skipped, Error, Failed];
+        let of = |verdicts: &[Verdict]| {
+            let tried = verdicts.iter().map(|verdict| Tried::of_one(Path::new("a.toml"), "it", *verdict, ""));
+            worst(&tried.collect::<Vec<_>>())
+        };
+        for number in 0..64 {
+            let verdicts = [all[number % 4], all[number / 4 % 4], all[number / 16]];
+            let expected =
+                [Failed, Error, Skipped, Passed].into_iter().find(|worse| verdicts.contains(worse));
+            assert_eq!(Some(of(&verdicts)), expected, "{verdicts:?}");
+        }
+        assert_eq!(of(&[]), Error, "nothing was tried");
+    }
 
     #[test]
     fn the_command_that_runs_it_again_survives_a_shell() {

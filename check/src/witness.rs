@@ -286,10 +286,14 @@ impl Witness {
 
     /// True if somebody takes scans of every device.
     pub(crate) fn is_taken(&self) -> bool {
+        self.untaken().is_empty()
+    }
+
+    /// The devices whose scans nobody takes.
+    pub(crate) fn untaken(&self) -> Vec<String> {
         let seen = self.lock();
-        seen.streams
-            .values()
-            .all(|stream| stream.device.as_ref().and_then(CountReader::is_taken) == Some(true))
+        let of = |stream: &Stream| stream.device.as_ref().and_then(CountReader::is_taken) != Some(true);
+        seen.streams.iter().filter(|(_, stream)| of(stream)).map(|(id, _)| id.clone()).collect()
     }
 
     /// Scans delivered so far, of the device that has delivered most.

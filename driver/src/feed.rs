@@ -3,11 +3,17 @@
 use std::task::{Context, Poll};
 use std::time::Duration;
 
+use rowscan_protocol::compact::OtherSender;
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
+
+/// Telegrams of other scanners, all together.
+pub(crate) fn foreign(others: &[OtherSender]) -> u64 {
+    others.iter().map(|other| other.telegrams).sum()
+}
 
 /// A source of scans that is polled. All state is in it, so that whoever polls may stop at any time and go on later.
 pub(crate) trait Feed: Send {
@@ -26,6 +32,11 @@ pub(crate) trait Feed: Send {
     /// When the last bytes arrived.
     fn received(&self) -> HostTime;
 
+    /// False where nobody knows when bytes arrived.
+    fn is_timed(&self) -> bool {
+        true
+    }
+
     /// Time now on the watch that [`received`](Self::received) was read from.
     fn now(&self) -> HostTime;
 
@@ -34,6 +45,9 @@ pub(crate) trait Feed: Send {
 
     /// Parts of scans that were lost on their way.
     fn segments_lost(&self) -> u64;
+
+    /// Telegrams of other scanners that came in the same stream, and were left out.
+    fn telegrams_foreign(&self) -> u64;
 
     /// Frames refused by checksum or length.
     fn frames_bad(&self) -> u64;

@@ -77,6 +77,8 @@ mod link_event;
 mod picoscan;
 mod picoscan_address;
 #[cfg(feature = "recordings")]
+mod recorded_model;
+#[cfg(feature = "recordings")]
 mod recording;
 mod scanner;
 mod source;

@@ -15,7 +15,7 @@ use crate::config::DriverConfig;
 use crate::connection::{Connection, ConnectionEvent};
 use crate::endpoint::{Endpoint, Opening};
 use crate::error::DriverError;
-use crate::feed::Feed;
+use crate::feed::{Feed, foreign};
 use crate::link_event::{LinkEvent, LinkEvents};
 
 /// One scanner's link.
@@ -34,6 +34,8 @@ pub(crate) struct Link<E: Endpoint> {
     frames_bad_before: u64,
     /// Parts of scans that those lost.
     segments_lost_before: u64,
+    /// Telegrams of others that came on those.
+    foreign_before: u64,
     /// A stop that was begun ends at this time, whatever the device does.
     stop_by: Option<Duration>,
 }
@@ -74,6 +76,7 @@ impl<E: Endpoint> Link<E> {
             connections: 0,
             frames_bad_before: 0,
             segments_lost_before: 0,
+            foreign_before: 0,
             stop_by: None,
         }
     }
@@ -190,6 +193,7 @@ impl<E: Endpoint> Link<E> {
     fn lose(&mut self, cause: DriverError) -> Result<(), DriverError> {
         self.frames_bad_before = self.frames_bad();
         self.segments_lost_before = self.segments_lost();
+        self.foreign_before = self.telegrams_foreign();
         self.endpoint.failed();
         let now = self.watch.now();
         let backoff = self.config.backoff;
@@ -270,6 +274,14 @@ impl<E: Endpoint> Feed for Link<E> {
             _ => 0,
         };
         self.segments_lost_before + now
+    }
+
+    fn telegrams_foreign(&self) -> u64 {
+        let now = match &self.phase {
+            Phase::Streaming { connection, .. } => foreign(connection.session().other_senders()),
+            _ => 0,
+        };
+        self.foreign_before + now
     }
 
     fn frames_bad(&self) -> u64 {

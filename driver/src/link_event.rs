@@ -53,17 +53,27 @@ pub struct LinkEvents(Arc<Kept>);
 #[derive(Debug, Default)]
 struct Kept {
     events: Mutex<VecDeque<LinkEvent>>,
+    /// What the device said it is, when it last became ready.
+    device: Mutex<Option<DeviceInfo>>,
     more: Notify,
 }
 
 impl LinkEvents {
     pub(crate) fn push(&self, event: LinkEvent) {
+        if let LinkEvent::Ready(device) = &event {
+            *self.0.device.lock().unwrap_or_else(PoisonError::into_inner) = Some(device.clone());
+        }
         let mut events = self.lock();
         if events.len() == EVENTS_KEPT {
             events.pop_front();
         }
         events.push_back(event);
         self.0.more.notify_one();
+    }
+
+    /// What the device said it is, when it last became ready; `None` before, and of a recording.
+    pub fn device(&self) -> Option<DeviceInfo> {
+        self.0.device.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// The oldest event not yet taken, if there is one.

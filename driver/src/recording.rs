@@ -11,7 +11,7 @@ use rowscan_recording::{Packet, ScanReader, Side, StreamInfo, Tap};
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
-use crate::feed::Feed;
+use crate::feed::{Feed, foreign};
 
 /// A recording being read: one stream of it.
 #[derive(Debug)]
@@ -32,6 +32,8 @@ pub(crate) struct Recording {
     bytes: u64,
     ended: bool,
     received: HostTime,
+    /// The packet read last has a time.
+    timed: bool,
     tap: Tap,
 }
 
@@ -57,6 +59,7 @@ impl Recording {
             bytes: 0,
             ended: false,
             received: HostTime::default(),
+            timed: false,
             tap,
         })
     }
@@ -112,6 +115,7 @@ impl Recording {
         if packet.from == Some(Side::Host) {
             return;
         }
+        self.timed = packet.at_ns.is_some();
         if let (Some(at_ns), Some(began_ns)) = (packet.at_ns, self.recording.began_ns()) {
             self.received = HostTime(Duration::from_nanos(at_ns.saturating_sub(began_ns)));
         }
@@ -190,6 +194,10 @@ impl Feed for Recording {
         self.received
     }
 
+    fn is_timed(&self) -> bool {
+        self.timed
+    }
+
     fn now(&self) -> HostTime {
         HostTime::default()
     }
@@ -200,6 +208,10 @@ impl Feed for Recording {
 
     fn segments_lost(&self) -> u64 {
         self.client().map_or(0, ScanReader::segments_lost)
+    }
+
+    fn telegrams_foreign(&self) -> u64 {
+        self.client().map_or(0, |client| foreign(client.other_senders()))
     }
 
     fn frames_bad(&self) -> u64 {

@@ -5,6 +5,7 @@ use std::future::poll_fn;
 use std::time::Duration;
 
 use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::reading::{Reading, ReadingCounts};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::{FaultCounts, ScanFault};
@@ -33,6 +34,15 @@ pub struct Record<'a> {
     pub scan: &'a Scan,
     /// When its last byte was read, since the scanner was opened. For a recording, since its first packet; zero if it has no times.
     pub received: HostTime,
+    /// False of a recording without times: nobody knows when it was received.
+    pub is_timed: bool,
+}
+
+impl Record<'_> {
+    /// When its last byte was read, seconds; NaN where nobody knows.
+    pub fn received_s(&self) -> f64 {
+        if self.is_timed { self.received.0.as_secs_f64() } else { f64::NAN }
+    }
 }
 
 /// What comes from a scanner.
@@ -72,6 +82,8 @@ pub struct LinkCounts {
     pub telegrams_bad: u64,
     /// Parts of scans that were lost on their way, where scans come in parts; what their beams met is unknown.
     pub segments_lost: u64,
+    /// Telegrams of other scanners that came in the same stream (two that send to one UDP port), and were left out.
+    pub telegrams_foreign: u64,
     /// Telegrams of inertial measurement unit and encoder.
     pub readings: ReadingCounts,
 }
@@ -82,6 +94,8 @@ pub struct Scanner {
     events: LinkEvents,
     faults: FaultCounts,
     readings: ReadingCounts,
+    /// The model that a recording names.
+    recorded_model: Option<AnyModel>,
 }
 
 impl Scanner {
@@ -119,7 +133,21 @@ impl Scanner {
                 });
             }
         };
-        Ok(Self { feed, events, faults: FaultCounts::default(), readings: ReadingCounts::default() })
+        #[cfg(feature = "recordings")]
+        let recorded_model = source.recorded_model();
+        #[cfg(not(feature = "recordings"))]
+        let recorded_model = None;
+        let (faults, readings) = Default::default();
+        Ok(Self { feed, events, faults, readings, recorded_model })
+    }
+
+    /// The models that the scanner can be by what it, or its recording, says; several where it names a family, none where it names nothing that is
+    /// modelled.
+    pub fn models(&self) -> Vec<AnyModel> {
+        let device = self.events.device();
+        let told =
+            device.map_or_else(Vec::new, |device| AnyModel::of_device(&device.ident, &device.firmware));
+        self.recorded_model.into_iter().chain(told).collect()
     }
 
     /// The next scan; `None` at the end of a recording. Telegrams that give no scan, and readings, are counted and passed over.
@@ -162,6 +190,7 @@ impl Scanner {
                     }
                     return Ok(Some(Heard::Unreadable(fault)));
                 }
+                Some(HostEvent::OtherSender { found, followed }) => warn_of_other(found, followed),
                 Some(HostEvent::Reading(reading)) => {
                     self.readings.count(&reading);
                     return Ok(Some(Heard::Reading(reading)));
@@ -173,8 +202,8 @@ impl Scanner {
     }
 
     fn record(&self) -> Option<Record<'_>> {
-        let received = self.feed.received();
-        self.feed.scan().map(|scan| Record { scan, received })
+        let (received, is_timed) = (self.feed.received(), self.feed.is_timed());
+        self.feed.scan().map(|scan| Record { scan, received, is_timed })
     }
 
     /// Scan telegrams in valid frames that gave no scan, by cause.
@@ -205,6 +234,7 @@ impl Scanner {
             connections: self.feed.connections(),
             telegrams_bad: self.feed.frames_bad() + self.faults.total(),
             segments_lost: self.feed.segments_lost(),
+            telegrams_foreign: self.feed.telegrams_foreign(),
             readings: self.readings,
         }
     }
@@ -230,8 +260,20 @@ impl Scanner {
     ) -> Result<Self, DriverError> {
         let events = LinkEvents::default();
         let feed = live(endpoint, config, &events).await?;
-        Ok(Self { feed, events, faults: FaultCounts::default(), readings: ReadingCounts::default() })
+        let (faults, readings) = Default::default();
+        Ok(Self { feed, events, faults, readings, recorded_model: None })
     }
+}
+
+/// Tells that another scanner sends to the same place.
+fn warn_of_other(found: Option<u32>, followed: Option<u32>) {
+    let named =
+        |number: Option<u32>| number.map_or_else(|| "without a number".to_owned(), |it| it.to_string());
+    tracing::warn!(
+        "telegrams of the scanner {} come in the same stream as those of the scanner {}, and are left out; expected a UDP port for each scanner (?udp=PORT)",
+        named(found),
+        named(followed)
+    );
 }
 
 #[cfg(any(feature = "tcp", feature = "serial"))]

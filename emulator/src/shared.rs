@@ -199,7 +199,7 @@ impl Shared {
         // What is recorded cannot be otherwise.
         let faults = config.faults.as_ref().filter(|_| matches!(program, Program::Device));
         let troubles = faults.map(|faults| {
-            let troubles = DeviceFaults::cola(&interest, device.model().compact.is_some());
+            let troubles = DeviceFaults::cola(&interest, device.model());
             faults.part(Arc::<DeviceFaults>::clone(&troubles));
             troubles
         });

@@ -1,8 +1,10 @@
-//! What the counters say: which telegrams came again, how many are missing, where the device restarted, and when on the
+//! What the counters say: which telegrams came again or late, how many are missing, where the device restarted, and when on the
 //! device clock each line was taken.
 
 use crate::scan::Scan;
 use crate::time::DeviceClock;
+use crate::uptime::Uptime;
+use crate::window::{REMEMBERED, Window};
 
 /// How far a gap's length on the clock may be off its length by the counter, either way, and still be a gap.
 const GAP_TOLERANCE: f64 = 2.0;
@@ -12,6 +14,10 @@ const MAX_OUTPUT_INTERVAL: f64 = 32.0;
 const MAX_JITTER: f64 = 4.0;
 /// The longest pause of the measurement, seconds, through which the device clock is still believed to time the tractor.
 const MAX_PAUSE_S: f64 = 60.0;
+/// A telegram that others have overtaken comes right behind them: later than so many seconds after the last one it is none, but of a device that began anew.
+const MAX_OVERTAKEN_S: f64 = 1.0;
+/// Where no clock says so, a telegram that is behind so many others at most is late.
+const REORDER: u64 = 4;
 /// The most turns between two telegrams that follow on each other, above which the turn counter is not believed.
 const MAX_TURNS: u16 = 10_000;
 /// The period assumed where the telegram states no frequency, seconds.
@@ -24,6 +30,8 @@ pub struct Counting {
     pub scans: u64,
     /// Telegrams that came again.
     pub repeated: u64,
+    /// Telegrams that came behind later ones. They are not lost, and no line is made of them: the stream has gone on.
+    pub late: u64,
     /// Telegrams missing by the counters.
     pub lost: u64,
     /// Times the device began anew.
@@ -34,6 +42,10 @@ pub struct Counting {
     pub timeless: u64,
     assumed_hz: f64,
     last: Option<Reading>,
+    /// Which telegrams have come since the device last began anew, and what was lost before.
+    window: Option<Window>,
+    lost_before: u64,
+    uptime: Uptime,
     clock: DeviceClock,
     /// Travel time when `clock` started.
     clock_base_s: f64,
@@ -43,6 +55,9 @@ pub struct Counting {
     periods: u64,
     periods_s: f64,
     turns: Turns,
+    /// Telegrams of the newest turn before the last one, and how many a turn has: one a layer where all layers turn together.
+    of_turn: u32,
+    lines: u32,
 }
 
 /// Mirror turns between telegrams that follow on each other.
@@ -58,6 +73,7 @@ struct Turns {
 struct Reading {
     counter: u16,
     turn: u16,
+    layer_centideg: i16,
     time_us: u32,
     travel_s: f64,
 }
@@ -67,6 +83,8 @@ struct Reading {
 pub enum Turn {
     /// The same telegram again.
     Repeated,
+    /// One that was missing, behind later ones.
+    Late,
     /// A new line, `travel_s` after the first one.
     Line {
         /// Since the first telegram, on the device clock, seconds.
@@ -81,7 +99,7 @@ pub enum Turn {
 pub enum Link {
     /// It is the first.
     First,
-    /// By so many telegrams: 1, or more where some were lost.
+    /// By so many telegrams: 1, or more where some were lost; where all layers turn together, by so many turns, 0 for a line of the same turn.
     Steps(u32),
     /// After a pause or a restart: the number is unknown.
     Broken,
@@ -106,6 +124,7 @@ impl Counting {
         let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
         let Some(last) = self.last else {
             self.clock.seconds(time_us);
+            self.uptime.take(scan.received, None);
             return self.line(scan, 0.0, Link::First);
         };
         if scan.begins_anew {
@@ -114,33 +133,50 @@ impl Counting {
         let steps = counter.wrapping_sub(last.counter);
         self.turns.add(steps, scan.scan_counter.wrapping_sub(last.turn));
         let clock_us = time_us.wrapping_sub(last.time_us) as i32;
-        if steps == 0 && clock_us >= 0 {
-            self.repeated += 1;
-            return Turn::Repeated;
-        }
         let frequency_hz = self.nominal_hz(scan);
         let nominal_s = nominal_period_s(frequency_hz);
+        if let Some(turn) = self.behind(scan, last, nominal_s) {
+            self.uptime.take(scan.received, None);
+            return turn;
+        }
         if steps == 0 || steps > u16::MAX / 2 || clock_us < 0 {
             return self.restart(scan, last);
+        }
+        if clock_us == 0 && scan.scan_counter == last.turn && scan.layer_centideg != last.layer_centideg {
+            self.of_turn += u32::from(steps);
+            self.uptime.take(scan.received, None);
+            return self.line(scan, last.travel_s, Link::Steps(0));
         }
         if clock_us == 0 {
             self.untimed += 1;
             self.timeless += u64::from(!is_frequency(frequency_hz));
-            self.lost += u64::from(steps - 1);
             let travel_s = last.travel_s + f64::from(steps) * nominal_s;
             self.rebase(time_us, travel_s);
+            self.uptime.take(scan.received, None);
             return self.line(scan, travel_s, Link::Steps(u32::from(steps)));
+        }
+        let passed_s = f64::from(clock_us) * 1e-6;
+        // Where a turn has several telegrams, those of the last one have no time of their own.
+        let each = u32::from(steps) + self.of_turn;
+        let follows = self.follows(steps, each, passed_s, nominal_s);
+        if !(follows && steps == 1) && self.uptime.is_too_short(scan.received, passed_s) {
+            return self.restart(scan, last);
         }
         let travel_s = self.clock_base_s + self.clock.seconds(time_us);
-        let passed_s = travel_s - last.travel_s;
-        if self.follows(steps, passed_s, nominal_s) {
-            self.lost += u64::from(steps - 1);
-            self.periods += u64::from(steps);
+        if follows {
+            self.uptime.take(scan.received, Some(passed_s));
+            if steps == 1 {
+                self.lines = each;
+            }
+            let turns = (each / self.lines.max(1)).max(1);
+            self.periods += u64::from(turns);
             self.periods_s += passed_s;
-            self.period_s = Some(passed_s / f64::from(steps));
-            return self.line(scan, travel_s, Link::Steps(u32::from(steps)));
+            self.period_s = Some(passed_s / f64::from(each));
+            self.of_turn = 0;
+            return self.line(scan, travel_s, Link::Steps(turns));
         }
         if passed_s <= MAX_PAUSE_S && steps == 1 {
+            self.uptime.take(scan.received, None);
             return self.line(scan, travel_s, Link::Broken);
         }
         self.restart(scan, last)
@@ -168,9 +204,10 @@ impl Counting {
         least.map_or(0, |least| (turns / u64::from(least)).saturating_sub(telegrams))
     }
 
-    /// True if counter and clock tell the same story: `steps` telegrams in `passed_s`.
-    fn follows(&self, steps: u16, passed_s: f64, nominal_s: f64) -> bool {
-        let each_s = passed_s / f64::from(steps);
+    /// True if counter and clock tell the same story: `steps` telegrams, `each` of them with those of the turn before, in `passed_s`.
+    fn follows(&self, steps: u16, each: u32, passed_s: f64, nominal_s: f64) -> bool {
+        let each_s = if steps == 1 { passed_s } else { passed_s / f64::from(each) };
+        let nominal_s = if steps == 1 { nominal_s } else { nominal_s / f64::from(self.of_turn + 1) };
         let (low_s, high_s) = match (self.period_s, steps) {
             (Some(period_s), 1) => (0.0, period_s.max(nominal_s) * MAX_JITTER),
             (Some(period_s), _) => (period_s / GAP_TOLERANCE, period_s * GAP_TOLERANCE),
@@ -181,12 +218,48 @@ impl Counting {
         each_s >= low_s && each_s <= high_s
     }
 
+    /// What a telegram is that is no later than `last` by its counter: the same again, or one that others have overtaken; none where its clock says that
+    /// the device began anew.
+    fn behind(&mut self, scan: &Scan, last: Reading, nominal_s: f64) -> Option<Turn> {
+        let behind = u64::from(last.counter.wrapping_sub(scan.telegram_counter));
+        let clock_us = scan.scan_time_us.wrapping_sub(last.time_us) as i32;
+        if behind == 0 {
+            return (clock_us >= 0).then(|| {
+                self.repeated += 1;
+                Turn::Repeated
+            });
+        }
+        let period_s = self.frequency_hz().map_or(nominal_s, f64::recip);
+        let expected_s = -(behind as f64) * period_s;
+        let is_of_its_time = match clock_us {
+            0 => behind <= REORDER,
+            clock_us => (f64::from(clock_us) * 1e-6 - expected_s).abs() <= period_s,
+        };
+        let is_at_once =
+            self.uptime.passed_s(scan.received).is_none_or(|passed_s| passed_s <= MAX_OVERTAKEN_S);
+        let is_known = behind < REMEMBERED && is_of_its_time && is_at_once;
+        let window = self.window.as_mut().filter(|_| is_known)?;
+        let number = window.newest().checked_sub(behind)?;
+        if window.has_seen(number) {
+            self.repeated += 1;
+            return Some(Turn::Repeated);
+        }
+        window.take(number);
+        self.lost = self.lost_before + window.missing();
+        self.late += 1;
+        Some(Turn::Late)
+    }
+
     /// The device began anew behind `last`: how long that took is unknown, and a period stands for it.
     fn restart(&mut self, scan: &Scan, last: Reading) -> Turn {
         let nominal_s = nominal_period_s(self.nominal_hz(scan));
         let travel_s = last.travel_s + self.period_s.unwrap_or(nominal_s);
         self.restarts += 1;
         self.period_s = None;
+        self.of_turn = 0;
+        self.window = None;
+        self.lost_before = self.lost;
+        self.uptime.take(scan.received, None);
         self.rebase(scan.scan_time_us, travel_s);
         self.line(scan, travel_s, Link::Broken)
     }
@@ -200,7 +273,15 @@ impl Counting {
 
     fn line(&mut self, scan: &Scan, travel_s: f64, link: Link) -> Turn {
         let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
-        self.last = Some(Reading { counter, turn: scan.scan_counter, time_us, travel_s });
+        // Counters of a window do not wrap, and there is room below the first one.
+        let steps = self.last.map_or(0, |last| u64::from(counter.wrapping_sub(last.counter)));
+        let first = 1 << 16;
+        let window = self.window.get_or_insert_with(|| Window::new(first));
+        let number = if window.is_empty() { first } else { window.newest() + steps };
+        window.take(number);
+        self.lost = self.lost_before + window.missing();
+        let (turn, layer_centideg) = (scan.scan_counter, scan.layer_centideg);
+        self.last = Some(Reading { counter, turn, layer_centideg, time_us, travel_s });
         Turn::Line { travel_s, link }
     }
 }
@@ -265,7 +346,7 @@ mod tests {
     fn travel_s(turn: &Turn) -> f64 {
         match turn {
             Turn::Line { travel_s, .. } => *travel_s,
-            Turn::Repeated => f64::NAN,
+            Turn::Repeated | Turn::Late => f64::NAN,
         }
     }
 

@@ -14,6 +14,7 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 
+use crate::compact::OtherSender;
 use crate::frame::{Dialect, FrameCounts};
 use crate::lms2xx::Rate;
 use crate::reading::Reading;
@@ -58,6 +59,11 @@ pub trait HostSession: fmt::Debug {
     /// Parts of scans that were lost on their way, where the scanner sends scans in parts: those scans have beams of which nothing is known.
     fn segments_lost(&self) -> u64 {
         0
+    }
+
+    /// Other scanners whose telegrams come in the same stream, and are left out.
+    fn other_senders(&self) -> &[OtherSender] {
+        &[]
     }
 
     /// The number of the turn that had begun when its segments ended, and gave no scan.
@@ -118,6 +124,14 @@ pub enum HostEvent {
     },
     /// The scanner told how it moves, or what its encoder counts.
     Reading(Reading),
+    /// Telegrams of another scanner come in the same stream for the first time: they are left out, and counted by
+    /// [`HostSession::other_senders`].
+    OtherSender {
+        /// Its serial number, if it says one.
+        found: Option<u32>,
+        /// That of the scanner that is listened to.
+        followed: Option<u32>,
+    },
     /// A scan telegram in a valid frame cannot be read.
     Malformed {
         /// Why.

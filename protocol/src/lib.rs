@@ -62,7 +62,9 @@ pub mod random;
 pub mod rig;
 pub mod scan;
 pub mod time;
+mod uptime;
 pub mod validity;
+mod window;
 
 #[cfg(feature = "telegrams")]
 pub mod can;

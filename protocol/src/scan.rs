@@ -2,6 +2,7 @@
 
 use alloc::string::String;
 use alloc::vec::Vec;
+use core::time::Duration;
 
 use crate::angle::BeamGrid;
 use crate::validity::DeviceStatus;
@@ -60,6 +61,8 @@ pub struct Scan {
     pub device_name: String,
     /// The stream began anew with it, by counters that the scan itself does not tell: its own are no continuation of those of the scan before.
     pub begins_anew: bool,
+    /// When its last byte was read, on the clock of whoever read it, any epoch; none where nobody did.
+    pub received: Option<Duration>,
 }
 
 /// One echo of every beam.

@@ -18,6 +18,29 @@ pub enum DeviceStatus {
 }
 
 impl DeviceStatus {
+    /// All, in the order of their numbers in tables.
+    pub const ALL: [Self; 4] = [Self::Ok, Self::ContaminationWarning, Self::ContaminationError, Self::Error];
+
+    /// Its number in tables: 0 ok, 1 a contamination warning, 2 a contamination error, 3 an error.
+    pub fn number(self) -> u8 {
+        self as u8
+    }
+
+    /// The status of that number in tables.
+    pub fn of_number(number: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(number)).copied()
+    }
+
+    /// The two status bytes of `LMDscandata` that say so; [`of_scandata`](Self::of_scandata) backwards.
+    pub fn scandata(self) -> [u8; 2] {
+        match self {
+            Self::Ok => [0, 0],
+            Self::Error => [0, 1],
+            Self::ContaminationWarning => [0, 2],
+            Self::ContaminationError => [0, 4],
+        }
+    }
+
     /// From the two status bytes of `LMDscandata`. SICK's manuals have them in the second: 1 is an error, 2 a contamination warning, 4 a contamination
     /// error. Recorded devices set bit 0 of the first in the first scans after a start, while the laser is off; that is an error here, too. A bit means
     /// the same in either byte.

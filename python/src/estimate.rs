@@ -59,6 +59,8 @@ pub(crate) fn estimate(
     let asked = estimators_named(&all(estimators)).map_err(Failure::from)?;
     let cuts: Result<Vec<CutMethod>, _> = all(trees).iter().map(|name| CutMethod::named(name)).collect();
     let cuts = cuts.map_err(Failure::from)?;
+    let recorded = source.recorded_model();
+    let model = model.or(recorded);
     let (rig, stage) = match (rig, &source) {
         (None, SourceOf::Scans(scans)) => {
             let scans = scans.get();
@@ -68,6 +70,8 @@ pub(crate) fn estimate(
         (rig, _) => rig_given(py, rig, (scanner, model, echo), !asked.is_empty())?,
     };
     let from = source.from(py)?;
+    let mount = rig.as_ref().and_then(|rig| rig.scanners.get(scanner));
+    let taken_for = mount.and_then(|mount| AnyModel::by_name(&mount.model));
     let reading = reading(&from, rig.as_ref(), scanner, calibration)?;
     let pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
     let pipeline = hertz.into_iter().fold(pipeline, Pipeline::at_frequency);
@@ -75,11 +79,18 @@ pub(crate) fn estimate(
     let enough = Enough::new(scans, length_m);
     let (estimate, reached) = match from {
         From::Scans(all) => {
-            let work = move || Ok((of_scans(&all, pipeline, enough), None));
+            let work = move || {
+                let mut estimate = of_scans(&all, pipeline, enough);
+                if let Some((recorded, taken_for)) = recorded.zip(taken_for) {
+                    estimate.named(&[recorded], taken_for);
+                }
+                Ok((estimate, None))
+            };
             wait::for_work(py, "estimate from scans", work)?
         }
         From::Source(source) => {
-            wait::for_future(py, "follow the scanner", move || follow(source, config, pipeline, enough))?
+            let work = move || follow((source, taken_for), config, pipeline, enough);
+            wait::for_future(py, "follow the scanner", work)?
         }
     };
     if reached == Some(Reached::NothingValid) {
@@ -111,6 +122,14 @@ enum From {
 }
 
 impl SourceOf {
+    /// The model that the recording of the scans names.
+    fn recorded_model(&self) -> Option<AnyModel> {
+        match self {
+            Self::Scans(scans) => scans.get().recorded_model(),
+            Self::Named(source) => source.to_string_lossy().parse::<Source>().ok()?.recorded_model(),
+        }
+    }
+
     fn from(self, py: Python<'_>) -> PyResult<From> {
         Ok(match self {
             Self::Scans(scans) => From::Scans(scans.get().scans(py)?),
@@ -180,7 +199,7 @@ fn reading(
 
 /// Follows the source until it ends, or `enough` says why not.
 async fn follow(
-    source: Source,
+    (source, taken_for): (Source, Option<AnyModel>),
     config: DriverConfig,
     mut pipeline: Pipeline,
     mut enough: Enough,
@@ -202,11 +221,14 @@ async fn follow(
         tokio::task::coop::consume_budget().await;
     };
     let mut found = pipeline.finish();
-    let broken_off = scanner.broken_off();
+    let (broken_off, models) = (scanner.broken_off(), scanner.models());
     let heard = scanner.stop(wait::STOP_TIMEOUT).await;
     found.heard_over(heard.telegrams_bad, heard.segments_lost);
     if let Some(place) = broken_off {
         found.broken_off(place);
+    }
+    if let Some(taken_for) = taken_for {
+        found.named(&models, taken_for);
     }
     Ok((found, reached))
 }

@@ -34,7 +34,7 @@ pub(crate) struct ScanArrays {
     /// On the device's clock, since the first scan: seconds, float64, (scans,).
     #[pyo3(get)]
     time_s: Py<PyArray1<f64>>,
-    /// When each was received, since the recording began: seconds, float64, (scans,); zeros where a recording has no times. None for a drive.
+    /// When each was received, since the recording began: seconds, float64, (scans,); NaN where a recording has no times. None for a drive.
     #[pyo3(get)]
     received_s: Option<Py<PyArray1<f64>>>,
     /// Ranges: metres, float64, (scans, beams); NaN where a beam met nothing.
@@ -90,6 +90,9 @@ struct Told {
     dazzled: BTreeSet<(usize, usize)>,
     /// Of a drive, with the alley that it is in.
     rig: Option<(Rig, Option<i32>)>,
+    /// The name of the model that their recording names.
+    #[serde(default)]
+    model: Option<String>,
 }
 
 impl Told {
@@ -97,14 +100,6 @@ impl Told {
         BeamGrid { start: self.start, step: self.step, count: self.count }
     }
 }
-
-/// In the order of their numbers in [`Told::status`].
-const STATUS: [DeviceStatus; 4] = [
-    DeviceStatus::Ok,
-    DeviceStatus::ContaminationWarning,
-    DeviceStatus::ContaminationError,
-    DeviceStatus::Error,
-];
 
 /// Scans as they come, before Python has them.
 #[derive(Default)]
@@ -134,8 +129,7 @@ impl Gathered {
         self.told.layer_centideg = scan.layer_centideg;
         self.told.echo = echo;
         self.told.time_us.push(scan.scan_time_us);
-        let status = STATUS.iter().position(|status| *status == scan.status);
-        self.told.status.push(status.unwrap_or(0) as u8);
+        self.told.status.push(scan.status.number());
         self.time_s.push(self.clock.seconds(scan.scan_time_us));
         match scan.echoes.get(echo) {
             Some(echo) => {
@@ -250,12 +244,13 @@ pub(crate) fn read(py: Python<'_>, path: PathBuf, echo: usize, scans: Option<usi
     let gathered = wait::for_future(py, "read the recording", move || async move {
         let mut scanner = Scanner::open(&source, DriverConfig::default()).await?;
         let mut gathered = Gathered::default();
+        gathered.told.model = source.recorded_model().map(|model| model.name().to_owned());
         while scans.is_none_or(|most| gathered.time_s.len() < most) {
             match scanner.arrival().await? {
                 None => break,
                 Some(Arrival::Scan(record)) => {
                     gathered.push(record.scan, echo)?;
-                    gathered.received_s.push(record.received.0.as_secs_f64());
+                    gathered.received_s.push(record.received_s());
                 }
                 Some(Arrival::Reading { reading, received }) => {
                     gathered.readings.push(received.0.as_secs_f64(), reading);
@@ -424,6 +419,11 @@ impl ScanArrays {
         self.told.rig.as_ref().map(|(rig, _)| rig.clone())
     }
 
+    /// The model that their recording names.
+    pub(crate) fn recorded_model(&self) -> Option<AnyModel> {
+        self.told.model.as_deref().and_then(AnyModel::by_name)
+    }
+
     /// What stands where they were driven.
     pub(crate) fn stage(&self) -> Option<Arc<Stage>> {
         self.stage.clone()
@@ -475,7 +475,7 @@ impl ScanArrays {
                 let ticks = ticks.and_then(|ticks| ticks.get(number));
                 let encoder = ticks.map(|ticks| EncoderReading { position_ticks: *ticks, speed: 0 });
                 Scan {
-                    status: STATUS.get(usize::from(*status)).copied().unwrap_or_default(),
+                    status: DeviceStatus::of_number(*status).unwrap_or_default(),
                     layer_centideg: told.layer_centideg,
                     telegram_counter: *telegram,
                     scan_counter: *turn,

@@ -45,8 +45,12 @@ pub struct StreamReport {
     pub scans_repeated: u64,
     /// Gaps in their counters.
     pub scans_lost: u64,
+    /// Telegrams that came behind later ones: neither lost nor a part of what is measured.
+    pub scans_late: u64,
     /// Parts of scans that did not come, where scans come in parts (Compact); absent elsewhere.
     pub segments_lost: Option<u64>,
+    /// Other scanners whose telegrams are in the stream, and their number; none of them is among the counts of scans.
+    pub other_scanners: Vec<OtherScanner>,
     /// Times the device began to count anew.
     pub restarts: u64,
     /// Times no scan came for more than a second.
@@ -69,6 +73,15 @@ pub struct StreamReport {
     /// How much faster the device's clock runs than the host's, parts per million: the slope of a straight line through all scans since the device began
     /// to count, by least squares. Absent where two standard errors of it exceed [`MAX_DRIFT_ERROR_PPM`], and where the device tells no time.
     pub clock_drift_ppm: Option<f64>,
+}
+
+/// A scanner that sends to the same place as the one that is listened to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct OtherScanner {
+    /// Its serial number; absent for one of more than can be told apart.
+    pub serial_number: Option<u32>,
+    /// Telegrams with scans of it.
+    pub telegrams: u64,
 }
 
 /// Accounts for every stream of a recording, which is read to its end.
@@ -171,7 +184,8 @@ impl StreamAccount {
     fn scan(&mut self, scan: &Scan, at_ns: Option<u64>) {
         // One counter for this and for estimates, so that both tell the same.
         let Turn::Line { travel_s, link } = self.counting.observe(scan) else { return };
-        if let Link::Steps(_) = link {
+        // Lines of one turn have no time between them.
+        if let Link::Steps(1..) = link {
             self.intervals.count += 1;
             self.intervals.total_s += travel_s - self.intervals.last_s;
         }
@@ -195,12 +209,17 @@ impl StreamAccount {
         // Telegrams behind one that claims more bytes than there are.
         self.read(self.last_ns, ScanReader::finish);
         let seconds = |from: Option<u64>, to: Option<u64>| Some(to?.saturating_sub(from?) as f64 * 1e-9);
-        let Counting { scans, repeated, lost, restarts, untimed, .. } = self.counting;
+        let Counting { scans, repeated, late, lost, restarts, untimed, .. } = self.counting;
+        let others = self.reader.as_ref().map_or(&[][..], ScanReader::other_senders).iter();
+        let other_scanners = others
+            .map(|other| OtherScanner { serial_number: other.serial_number, telegrams: other.telegrams })
+            .collect();
         let rate = |intervals: u64, span_s: f64| (span_s > 0.0).then(|| intervals as f64 / span_s);
         let is_timed = untimed == 0;
         let by_device = is_timed.then(|| rate(self.intervals.count, self.intervals.total_s)).flatten();
-        let by_host =
-            || rate(scans.saturating_sub(repeated + 1), seconds(self.first_scan_ns, self.last_scan_ns)?);
+        let by_host = || {
+            rate(scans.saturating_sub(repeated + late + 1), seconds(self.first_scan_ns, self.last_scan_ns)?)
+        };
         let [packets_from_device, packets_to_device] = self.packets;
         StreamReport {
             stream: stream.name.clone(),
@@ -215,6 +234,8 @@ impl StreamAccount {
             scans,
             scans_repeated: repeated,
             scans_lost: lost,
+            scans_late: late,
+            other_scanners,
             segments_lost: self
                 .reader
                 .as_ref()

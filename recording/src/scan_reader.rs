@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use rowscan_protocol::client::ColaClient;
-use rowscan_protocol::compact::CompactListener;
+use rowscan_protocol::compact::{CompactListener, OtherSender};
 use rowscan_protocol::frame::FrameCounts;
 use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::lms2xx::client::Lms2xxClient;
@@ -83,6 +83,11 @@ impl ScanReader {
     /// The number of the turn that had begun when its parts ended, and gave no scan.
     pub fn unfinished_turn(&self) -> Option<u64> {
         self.0.unfinished_turn()
+    }
+
+    /// Other scanners whose telegrams came in the same stream, and were left out.
+    pub fn other_senders(&self) -> &[OtherSender] {
+        self.0.other_senders()
     }
 
     /// Frames and bytes received so far.

@@ -136,6 +136,8 @@ struct Stream {
     to_device: Channel,
     /// Decodes what is sent; `None` if nothing is decoded.
     watch: Option<Watch>,
+    /// When its last bytes came.
+    last_ns: u64,
     /// Decoded channels by the last word of their topic, once they are needed.
     decoded: BTreeMap<String, Channel>,
 }
@@ -171,8 +173,8 @@ enum Watch {
 impl Watch {
     fn new(kind: StreamKind, decoded: Decoded) -> Option<Self> {
         match kind {
-            StreamKind::Cola | StreamKind::Lms2xx if decoded.scans || decoded.points => {
-                ScanReader::new(kind, MAX_PAYLOAD).map(Self::Scans)
+            scanner if scanner.is_scanner() && (decoded.scans || decoded.points) => {
+                ScanReader::new(scanner, MAX_PAYLOAD).map(Self::Scans)
             }
             StreamKind::Nmea if decoded.beside => Some(Self::Fixes(FixReader::default())),
             StreamKind::Can if decoded.beside && decoded.language == Language::Json => Some(Self::Frames),
@@ -186,20 +188,7 @@ impl Watch {
         match self {
             Self::Scans(reader) if from == Side::Device => {
                 reader.push_bytes(Duration::from_nanos(at_ns), bytes);
-                while let Some(scan) = reader.next_scan() {
-                    if wanted.scans {
-                        messages.push(match wanted.language {
-                            Language::Json => {
-                                Message::new(foxglove::LASER_SCAN, foxglove::laser_scan(at_ns, name, scan))
-                            }
-                            Language::Ros2 => Message::ros2_scan(at_ns, name, scan),
-                        });
-                    }
-                    if wanted.points && wanted.language == Language::Json {
-                        let points = foxglove::point_cloud(at_ns, name, scan);
-                        messages.push(Message::new(foxglove::POINT_CLOUD, points));
-                    }
-                }
+                messages = scan_messages(reader, name, at_ns, wanted);
             }
             Self::Fixes(reader) if from == Side::Device => {
                 reader.push(bytes);
@@ -221,6 +210,30 @@ impl Watch {
         }
         messages
     }
+
+    /// The messages that are complete since no more bytes come: the last turn of a scanner that sends it in segments.
+    fn end(&mut self, name: &str, at_ns: u64, wanted: Decoded) -> Vec<Message> {
+        let Self::Scans(reader) = self else { return Vec::new() };
+        reader.finish();
+        scan_messages(reader, name, at_ns, wanted)
+    }
+}
+
+/// The messages of the scans that are complete.
+fn scan_messages(reader: &mut ScanReader, name: &str, at_ns: u64, wanted: Decoded) -> Vec<Message> {
+    let mut messages = Vec::new();
+    while let Some(scan) = reader.next_scan() {
+        if wanted.scans {
+            messages.push(match wanted.language {
+                Language::Json => Message::new(foxglove::LASER_SCAN, foxglove::laser_scan(at_ns, name, scan)),
+                Language::Ros2 => Message::ros2_scan(at_ns, name, scan),
+            });
+        }
+        if wanted.points && wanted.language == Language::Json {
+            messages.push(Message::new(foxglove::POINT_CLOUD, foxglove::point_cloud(at_ns, name, scan)));
+        }
+    }
+    messages
 }
 
 #[derive(Clone, Copy)]
@@ -285,6 +298,7 @@ impl<W: Write + Seek> McapWriter<W> {
             from_device,
             to_device,
             watch: Watch::new(kind, self.decoded),
+            last_ns: 0,
             decoded: BTreeMap::new(),
         });
         Ok(StreamId(self.streams.len() - 1))
@@ -332,8 +346,21 @@ impl<W: Write + Seek> McapWriter<W> {
             Language::Json => message(writer, channel, at_ns, bytes)?,
             Language::Ros2 => message(writer, channel, at_ns, &ros2::bytes(bytes))?,
         }
+        found.last_ns = at_ns;
         let Some(watch) = &mut found.watch else { return Ok(()) };
-        for Message { schema, topic, data } in watch.read(&found.name, from, at_ns, bytes, *decoded) {
+        let messages = watch.read(&found.name, from, at_ns, bytes, *decoded);
+        Self::tell(writer, schemas, found, at_ns, messages)
+    }
+
+    /// Writes what was decoded of a stream.
+    fn tell(
+        writer: &mut Writer<W>,
+        schemas: &mut BTreeMap<&'static str, u16>,
+        found: &mut Stream,
+        at_ns: u64,
+        messages: Vec<Message>,
+    ) -> io::Result<()> {
+        for Message { schema, topic, data } in messages {
             let schema_id = schema_id(writer, schemas, schema)?;
             let channel = match found.decoded.entry(topic) {
                 Entry::Occupied(known) => known.into_mut(),
@@ -362,6 +389,12 @@ impl<W: Write + Seek> McapWriter<W> {
 
     /// Writes the file's end: statistics and, where there are chunks, their index.
     pub fn finish(&mut self) -> io::Result<()> {
+        let Self { writer, decoded, streams, schemas } = self;
+        for found in streams {
+            let Some(watch) = &mut found.watch else { continue };
+            let (at_ns, messages) = (found.last_ns, watch.end(&found.name, found.last_ns, *decoded));
+            Self::tell(writer, schemas, found, at_ns, messages)?;
+        }
         // It flushes, too.
         self.writer.finish().map(drop).map_err(plain)
     }

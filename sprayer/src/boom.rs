@@ -8,7 +8,7 @@ use crate::drops::Drops;
 use crate::hydraulics::{Hydraulics, RateTable, Wrong};
 use crate::sensors::Sensors;
 use crate::span::Span;
-use crate::valve::{Valve, ValveError};
+use crate::valve::{self, Valve, ValveError};
 
 /// Format of the file.
 const VERSION: u32 = 1;
@@ -316,9 +316,11 @@ impl Boom {
     /// Reads the text of `boom.toml`.
     ///
     /// # Errors
-    /// Unknown keys, values out of range, two sections of one name or number.
+    /// Unknown keys, keys of another kind of valve, values out of range, two sections of one name or number.
     pub fn read(text: &str) -> Result<Self, BoomError> {
-        from_toml::<Self>(text)?.settled()
+        let boom = from_toml::<Self>(text)?;
+        valve::keys::check(text)?;
+        boom.settled()
     }
 
     /// The same, its values checked, with its tank where it is used.
@@ -336,14 +338,17 @@ impl Boom {
     /// The same with so many litres in its tank, as `key` of a file says.
     ///
     /// # Errors
-    /// Its own `tank_l` says otherwise: a boom has one tank.
+    /// A tank holds another number of litres, or the boom's own `tank_l` says otherwise: a boom has one tank.
     pub fn with_tank(self, key: &str, tank_l: f64) -> Result<Self, BoomError> {
         match self.tank_l {
             Some(own_l) if own_l != tank_l => {
                 let expected = "the litres of the boom's `tank_l`, or only one of the two";
                 Err(value_error(key, expected, format!("{tank_l} beside {own_l}")))
             }
-            _ => Ok(Self { tank_l: Some(tank_l), ..self }),
+            _ => {
+                in_tank(key, Some(tank_l))?;
+                Ok(Self { tank_l: Some(tank_l), ..self })
+            }
         }
     }
 
@@ -367,13 +372,13 @@ impl Boom {
         within("join_m", self.join_m, 0.0, 10.0, "0 to 10 m")?;
         within("standstill_m_s", self.standstill_m_s, 0.0, 5.0, "0 to 5 m/s")?;
         within("watchdog_s", self.watchdog_s.unwrap_or(1.0), 0.001, 3600.0, "0.001 to 3600 s")?;
-        within("tank_l", self.tank_l.unwrap_or(1.0), 0.01, 100_000.0, "0.01 to 100000 l")?;
+        in_tank("tank_l", self.tank_l)?;
         self.valve.validate().map_err(|cause| BoomError::Valve { of: "`valve`".to_owned(), cause })?;
         self.validate_hydraulics()?;
         if let Some(sensors) = self.sensors {
             let expected = "0.01 to 100000 pulses a litre";
             within("sensors.pulses_per_l", sensors.pulses_per_l, 0.01, 1e5, expected)?;
-            within("sensors.tank_l", sensors.tank_l.unwrap_or(1.0), 0.01, 6000.0, "0.01 to 6000 l")?;
+            in_tank("sensors.tank_l", sensors.tank_l)?;
         }
         if let Some(drops) = self.drops {
             within("drops.drop_um", drops.drop_um, 10.0, 5000.0, "10 to 5000 µm")?;
@@ -472,6 +477,14 @@ impl Boom {
     }
 }
 
+/// What a tank may hold, litres, whichever key says it.
+fn in_tank(key: &str, tank_l: Option<f64>) -> Result<(), BoomError> {
+    match tank_l.filter(|tank_l| !(0.01..=100_000.0).contains(tank_l)) {
+        Some(tank_l) => Err(value_error(key, "0.01 to 100000 l", tank_l)),
+        None => Ok(()),
+    }
+}
+
 fn value_error(key: &str, expected: &'static str, found: impl ToString) -> BoomError {
     BoomError::Value { key: key.to_owned(), expected, found: found.to_string() }
 }
@@ -538,40 +551,4 @@ impl Section {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const TEXT: &str = "version = 1\noffset_y_m = 1.5\npressure_bar = 2.5\n[valve]\nkind = \"pwm\"\nhz = 10\n\
-        [[section]]\nid = \"low\"\nside = \"left\"\nz_from_m = 0.5\nz_to_m = 1.5\nnozzles = 2\n\
-        [[section]]\nid = \"high\"\nside = \"right\"\nnumber = 9\nz_from_m = 1.5\nz_to_m = 2\nvalve = { on_ms = 1 }\n\
-        [[section.nozzle]]\nz_from_m = 1.4\nz_to_m = 2.1\nbehind_m = 0.25\nflow_l_min = 3\n";
-
-    #[test]
-    fn nozzles_share_their_sections_height_and_may_be_staggered() {
-        let boom = Boom::read(TEXT).expect("a boom");
-        let nozzles = boom.nozzles();
-        let heights: Vec<(f64, f64)> =
-            nozzles.iter().map(|nozzle| (nozzle.height.from, nozzle.height.to)).collect();
-        assert_eq!(heights, [(0.5, 1.0), (1.0, 1.5), (1.4, 2.1)]);
-        assert_eq!(nozzles.iter().map(|nozzle| nozzle.ahead_m).collect::<Vec<_>>(), [-1.5, -1.5, -1.75]);
-        // Flow by the root of pressure: a quarter of 10 bar is half the flow.
-        assert!((nozzles[2].flow_l_s - 0.5 * 3.0 / 60.0).abs() < 1e-12);
-        assert_eq!((boom.section(1), boom.section(9), boom.section(2)), (Some(0), Some(1), None));
-    }
-
-    #[test]
-    fn what_cannot_be_is_refused_with_its_key() {
-        let said = |from: &str, to: &str| Boom::read(&TEXT.replace(from, to)).expect_err(to).to_string();
-        assert!(
-            said("offset_y_m", "offset_m")
-                .contains("line 2: unknown key `offset_m`; did you mean `offset_y_m`?")
-        );
-        assert!(said("number = 9", "number = 1").contains("two sections have the number 1"));
-        assert!(said("id = \"high\"", "id = \"low\"").contains("the id `low`"));
-        assert!(
-            said("z_to_m = 1.5", "z_to_m = 0.5").contains("`z_to_m of section low`: expected a number above")
-        );
-        assert!(said("hz = 10", "hz = 0").contains("`hz`: expected 0.1 to 1000, found 0"));
-        assert!(said("version = 1", "version = 2").contains("`version`: expected 1, found 2"));
-    }
-}
+mod tests;

@@ -18,7 +18,7 @@ use unseen::Unseen;
 use valves::Valves;
 
 /// What a reader sees. Shares are of the full flow at the nominal pressure, as a mean since its last look.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct States {
     /// By section's number: how far its valves were open, 0 to 1.
     pub sections: Vec<(u16, f64)>,

@@ -346,5 +346,6 @@ fn merged(pulses: Vec<Pulse>) -> Vec<Pulse> {
     kept
 }
 
+pub(crate) mod keys;
 #[cfg(test)]
 mod tests;

@@ -99,7 +99,7 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
     let mut rows: Box<dyn Rows> = match args.what {
         What::Points => Box::new(PointRows::new(Placing::new(rig, args.scanner, alley))),
         What::Shots => Box::new(ShotRows::new(Placing::new(rig, args.scanner, alley))),
-        What::Scans => Box::new(ScanRows::default()),
+        What::Scans => Box::new(ScanRows::new(args.file.recorded_model())),
     };
     let mut scanner = Scanner::open(&args.file, DriverConfig::default()).await?;
     let mut file: Option<TableFile> = None;
@@ -110,8 +110,8 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
             // Only now: a recording without a scan leaves no file.
             none => none.insert(TableFile::create(&args.output, args.to.into(), &rows.table(record.scan))?),
         };
-        let time_s = record.received.0.as_secs_f64();
-        rows.push(record.scan, time_s, &mut |row| file.row(row)).map_err(|error| match error {
+        let (scan, received_s) = (record.scan, record.received_s());
+        rows.push(scan, received_s, &mut |row| file.row(row)).map_err(|error| match error {
             RowError::OtherBeams(error) => Failure::Usage(error.to_string()),
             RowError::OtherLayer(error) => Failure::Usage(error.to_string()),
             RowError::MoreEchoes(error) => Failure::Usage(error.to_string()),

@@ -1,5 +1,6 @@
 //! What happens to a scanner's link, told while it happens.
 
+use rowscan_canopy::Warning;
 use rowscan_driver::{LinkEvent, LinkEvents, Scanner};
 use rowscan_ports::task;
 use rowscan_protocol::host::DeviceInfo;
@@ -49,22 +50,6 @@ fn with_version(ident: &str, firmware: &str) -> String {
     }
 }
 
-/// What is said where a scanner that can be any of the models `found` is taken for another; nothing where none of them is modelled.
-pub(super) fn other_model(found: &[AnyModel], taken_for: AnyModel) -> Option<String> {
-    let is_another = !found.is_empty() && found.iter().all(|model| model.name() != taken_for.name());
-    is_another.then(|| {
-        let listed = |name: fn(AnyModel) -> &'static str| {
-            found.iter().copied().map(name).collect::<Vec<_>>().join(" or ")
-        };
-        format!(
-            "the scanner is called {}, and is taken for the model {}, of which other things are known; expected --model {}",
-            listed(AnyModel::title),
-            taken_for.title(),
-            listed(AnyModel::name)
-        )
-    })
-}
-
 fn tell(name: Option<&str>, taken_for: Option<AnyModel>, event: &LinkEvent) {
     let say = |what: std::fmt::Arguments<'_>| match name {
         Some(name) => say(format_args!("{name}: {what}")),
@@ -74,7 +59,7 @@ fn tell(name: Option<&str>, taken_for: Option<AnyModel>, event: &LinkEvent) {
         LinkEvent::Ready(DeviceInfo { ident, firmware, language }) => {
             say(format_args!("connected: {}, {language}", with_version(ident.trim(), firmware.trim())));
             let found = AnyModel::of_device(ident, firmware);
-            if let Some(other) = taken_for.and_then(|taken_for| other_model(&found, taken_for)) {
+            if let Some(other) = taken_for.and_then(|taken_for| Warning::other_model(&found, taken_for)) {
                 say(format_args!("{other}"));
             }
         }

@@ -153,11 +153,11 @@ pub trait Rows {
     /// The table, by its first scan.
     fn table(&self, first: &Scan) -> Table;
 
-    /// The rows of the next scan, which came `time_s` after the recording began; each is given to `put`.
+    /// The rows of the next scan, which came `received_s` after the recording began, NaN where that is not known; each is given to `put`.
     fn push(
         &mut self,
         scan: &Scan,
-        time_s: f64,
+        received_s: f64,
         put: &mut dyn FnMut(&[f64]) -> Result<(), ExportError>,
     ) -> Result<(), RowError>;
 }

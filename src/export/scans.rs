@@ -1,6 +1,10 @@
 //! Scans as a table: one scan a row, one beam a column. In CSV it is the self-describing form that every command reads again.
+//!
+//! `received_s` is the host's clock, `scan_time_us` the device's 32 bits, which wrap after 71.6 minutes; `telegram_counter` numbers telegrams, of a
+//! scanner that sends Compact its frames; `status` is the number of a [`DeviceStatus`](rowscan_protocol::validity::DeviceStatus).
 
 use rowscan_protocol::angle::BeamGrid;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::{DAZZLED, NO_ECHO, Scan, elevation_deg};
 
 use super::{Column, ExportError, Kind, RowError, Rows, Table};
@@ -8,6 +12,8 @@ use super::{Column, ExportError, Kind, RowError, Rows, Table};
 /// All scans of one stream with one beam grid; millimetres, 0 where a beam met nothing, NaN where that is not known (a lost segment, a dazzled receiver).
 #[derive(Clone, Debug, Default)]
 pub struct ScanRows {
+    /// The model that the recording names.
+    model: Option<AnyModel>,
     /// Grid and layer of the first scan.
     first: Option<(BeamGrid, i16)>,
     scans: u64,
@@ -45,21 +51,29 @@ pub struct OtherLayer {
     pub expected: i16,
 }
 
+impl ScanRows {
+    /// Scans of this model, where the recording names it.
+    pub fn new(model: Option<AnyModel>) -> Self {
+        Self { model, ..Self::default() }
+    }
+}
+
 impl Rows for ScanRows {
     fn table(&self, first: &Scan) -> Table {
         let mut columns = vec![
-            Column::new("time_s", Kind::F64),
+            Column::new("received_s", Kind::F64),
             Column::new("telegram_counter", Kind::U32),
             Column::new("scan_time_us", Kind::U32),
+            Column::new("status", Kind::U32),
         ];
         columns.extend((0..first.beams.len()).map(|beam| Column::new(format!("range_{beam}"), Kind::U32)));
-        Table { columns, title: title(first), note: "" }
+        Table { columns, title: title(first, self.model), note: "" }
     }
 
     fn push(
         &mut self,
         scan: &Scan,
-        time_s: f64,
+        received_s: f64,
         put: &mut dyn FnMut(&[f64]) -> Result<(), ExportError>,
     ) -> Result<(), RowError> {
         let (beams, layer) = *self.first.get_or_insert((scan.beams, scan.layer_centideg));
@@ -71,7 +85,8 @@ impl Rows for ScanRows {
             return Err(OtherBeams { number: self.scans, found, expected }.into());
         }
         self.row.clear();
-        self.row.extend([time_s, f64::from(scan.telegram_counter), f64::from(scan.scan_time_us)]);
+        let (counter, time_us) = (f64::from(scan.telegram_counter), f64::from(scan.scan_time_us));
+        self.row.extend([received_s, counter, time_us, f64::from(scan.status.number())]);
         let ranges = scan.echoes.first().map_or(&[][..], |echo| &echo.range_m);
         self.row.extend((0..beams.len()).map(|beam| match ranges.get(beam).copied().unwrap_or(DAZZLED) {
             NO_ECHO => 0.0,
@@ -84,9 +99,10 @@ impl Rows for ScanRows {
 }
 
 /// The line that makes a CSV of scans say what it is.
-fn title(scan: &Scan) -> String {
+fn title(scan: &Scan, model: Option<AnyModel>) -> String {
+    let model = model.map_or_else(String::new, |model| format!("; model {}", model.name()));
     format!(
-        "# rowscan ranges 1; frequency_hz {}; start_deg {}; step_deg {}; unit mm; serial {}\n",
+        "# rowscan ranges 1; frequency_hz {}; start_deg {}; step_deg {}; unit mm; serial {}{model}\n",
         scan.scan_frequency_hz,
         f64::from(scan.beams.start) / 10_000.0,
         f64::from(scan.beams.step) / 10_000.0,

@@ -299,3 +299,43 @@ fn a_list_without_rows_says_so() {
     assert_eq!((ended.code, ended.stdout.as_str()), (Some(1), ""));
     assert_says(&ended.stderr, &["empty.log: no frame", "no rows: there is nothing to write"]);
 }
+
+/// 300 scans of a post, in the form that `export --what scans` writes, of this model.
+fn ranges_of(model: &str) -> String {
+    let head = format!(
+        "# rowscan ranges 1; frequency_hz 50; start_deg 0; step_deg 0.5; unit mm; model {model}\nreceived_s,telegram_counter,scan_time_us,status,{}\n",
+        (0..361).map(|beam| format!("range_{beam}")).collect::<Vec<_>>().join(",")
+    );
+    let line = |scan: u32| {
+        let ranges: Vec<String> =
+            (0..361).map(|beam| (1500 + (beam * 7 + scan * 3) % 900).to_string()).collect();
+        format!("{},{scan},{},0,{}\n", f64::from(scan) * 0.02, scan * 20_000, ranges.join(","))
+    };
+    head + &(0..300).map(line).collect::<String>()
+}
+
+#[test]
+fn a_recording_is_taken_for_the_model_that_it_names() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (named, other) in [("lms511", "tim571"), ("lms111", "lms511")] {
+        let file = folder.path().join(named);
+        std::fs::write(&file, ranges_of(named)).expect("written");
+        let estimate = |args: &[&str]| {
+            let asked = ["estimate", text(&file), "--rig", "spindle", "--format", "json"];
+            let ended = run(&[&asked[..], args].concat());
+            let told: Value =
+                serde_json::from_str(&ended.stdout).unwrap_or_else(|_| panic!("{}", ended.stderr));
+            (told, ended.stderr)
+        };
+        let warned = |told: &Value| told["warnings"].to_string().contains("other_model");
+        let (by_file, said) = estimate(&[]);
+        let (as_asked, quiet) = estimate(&["--model", named]);
+        assert_eq!(by_file, as_asked, "{named}");
+        assert!(!warned(&by_file) && !quiet.contains("names the model"), "{by_file}");
+        // The rig's own is an LMS111.
+        assert_eq!(said.contains(&format!("names the model {named}")), named != "lms111", "{said}");
+        // The wrong twin.
+        let (told, _) = estimate(&["--model", other]);
+        assert!(warned(&told), "{named} taken for {other}: {told}");
+    }
+}

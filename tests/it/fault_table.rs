@@ -105,7 +105,8 @@ fn may_change(fault: &Fault) -> &'static [Aspect] {
 /// Why this client's scanner refuses the fault; none if it acts.
 fn refusal(fault: &Fault, client: Client) -> Option<&'static str> {
     match (client, fault.name, fault.layer) {
-        (_, _, Layer::Part(Family::Datagrams | Family::Sprayer)) => Some("nothing here has one"),
+        (_, _, Layer::Part(Family::Datagrams)) => Some("sends no datagrams"),
+        (_, _, Layer::Part(Family::Sprayer)) => Some("nothing here has one"),
         (_, "nonce_stale" | "too_many_requests", _) => Some("no REST interface"),
         (Client::ColaLine | Client::Lms2xxLine, _, Layer::Connection | Layer::Accept) if !fault.on_wires => {
             Some("is a serial wire; leave it out")

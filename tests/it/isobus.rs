@@ -288,8 +288,8 @@ fn the_tank_is_one_for_sensors_rule_and_score() {
              {{ what = \"recall\", below = 0.9 }},              {{ what = \"signal\", signal = \"can0:SprayerState.TankEmpty\", above = 0.5, within_s = 20, for_s = 0.5 }}]\n"
         )
     };
-    std::fs::write(&path, scenario(", tank_l = 0.2")).expect("written");
-    assert_says(&run_check(&path), &["`sprayer.tank_l`: expected 1 to 100000 litres, found 0.2"]);
+    std::fs::write(&path, scenario(", tank_l = 0.002")).expect("written");
+    assert_says(&run_check(&path), &["`sprayer.tank_l`: expected 0.01 to 100000 l, found 0.002"]);
     std::fs::write(
         scenarios.join("tank.toml"),
         format!("{boom}[sensors]\npulses_per_l = 300\ntank_l = 0.2\n"),

@@ -95,6 +95,18 @@ fn segments_go_out_in_order_and_decode_reads_the_recording() {
     let decoded = run(&["decode", text(&file)]);
     assert_eq!(decoded.code, Some(0), "{}", decoded.stderr);
     assert_says(&decoded.stdout, &["device Compact scan telegram_counter: 1,", "scan telegram_counter: 25,"]);
+    // What programs read that do not know Compact: every turn that the file holds, the last one, too.
+    let held = std::fs::read(&file).expect("it is there");
+    let topics = mcap::MessageStream::new(&held)
+        .expect("MCAP")
+        .map(|message| message.expect("sound").channel.topic.clone());
+    let turns = topics.filter(|topic| topic.ends_with("/scan")).count();
+    let mut recording = rowscan_recording::Recording::open(&file).expect("it opens");
+    let [report] = &rowscan_recording::account(&mut recording).expect("it reads")[..] else {
+        panic!("one stream")
+    };
+    assert!(turns >= 3, "{turns} turns");
+    assert_eq!(turns as u64, report.scans);
 }
 
 #[test]

@@ -87,7 +87,7 @@ pub mod refusal {
     pub const INTERVAL: u8 = 0x20;
     /// The value is none of this DDI.
     pub const VALUE: u8 = 0x40;
-    /// The device cannot do that.
+    /// The device cannot do that; of a value that was asked for: it is not known at present (assumed).
     pub const RANGE: u8 = 0x80;
 }
 

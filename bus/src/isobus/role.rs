@@ -1,30 +1,50 @@
 //! What of ISOBUS the rig itself has on a bus.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rowscan_protocol::time::SimTime;
 
-use super::client::{SectionOrder, TaskClient};
+use super::client::{Reserved, SectionOrder, TaskClient};
 use super::server::{News, TaskServer, Untold, What, Wishes};
 use super::trouble::TroubleDesk;
 use crate::control_function::ControlFunction;
 use crate::frame::CanFrame;
 
-/// What sections were told, in the order of time. Clones share it.
+/// What sections were told, in the order of time, and what was set and commanded nothing. Clones share it.
 #[derive(Clone, Debug, Default)]
-pub struct SectionLog(Arc<Mutex<Vec<SectionOrder>>>);
+pub struct SectionLog(Arc<Mutex<Told>>);
+
+#[derive(Debug, Default)]
+struct Told {
+    orders: Vec<SectionOrder>,
+    /// Setpoints with reserved states, by DDI: the first one, and how many there were.
+    reserved: BTreeMap<u16, (SimTime, u64)>,
+}
 
 impl SectionLog {
     /// All orders so far.
     pub fn orders(&self) -> Vec<SectionOrder> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.lock().orders.clone()
     }
 
-    fn extend(&self, orders: Vec<SectionOrder>) {
-        if !orders.is_empty() {
-            self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(orders);
+    /// Setpoints with reserved states so far: each DDI with the first instant, and how often.
+    pub fn reserved(&self) -> Vec<(u16, SimTime, u64)> {
+        self.lock().reserved.iter().map(|(ddi, (first, count))| (*ddi, *first, *count)).collect()
+    }
+
+    /// After anything that `client` did.
+    fn extend(&self, client: &mut TaskClient) {
+        let (orders, reserved) = (client.take_orders(), client.take_reserved());
+        let mut told = self.lock();
+        told.orders.extend(orders);
+        for Reserved { at, ddi } in reserved {
+            told.reserved.entry(ddi).or_insert((at, 0)).1 += 1;
         }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Told> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -132,7 +152,7 @@ impl ControlFunction for Role {
             Self::Client { client, log, troubles } => {
                 client.set_trouble(troubles.now());
                 client.poll(at, out);
-                log.extend(client.take_orders());
+                log.extend(client);
             }
             Self::Server { server, task, log, troubles } => {
                 server.set_trouble(troubles.now());
@@ -152,7 +172,7 @@ impl ControlFunction for Role {
             Self::Client { client, log, troubles } => {
                 client.set_trouble(troubles.now());
                 client.handle(at, frame, out);
-                log.extend(client.take_orders());
+                log.extend(client);
             }
             Self::Server { server, log, troubles, .. } => {
                 server.set_trouble(troubles.now());

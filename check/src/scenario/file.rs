@@ -317,6 +317,9 @@ pub(super) struct RunTable {
     /// Which time its clocks, sleeps and time-outs go by: the host's, or in lockstep the simulated one (docs/lockstep.md).
     #[serde(default)]
     pub(super) time: Time,
+    /// Whether the run ends with the last child that ends, or drives on to its own end: what the machine does without its controller is judged then, too.
+    #[serde(default)]
+    pub(super) on_exit: OnExit,
     /// When it is ready: exactly one key; at once where left out.
     pub(super) ready: Option<ReadyTable>,
     /// In lockstep, how long it computes: what it says on a bus takes effect so much later. `{ s = 0.02 }`, or `"measured"`: the processor time of its threads
@@ -364,6 +367,17 @@ pub enum Time {
     Host,
     /// Simulated time: it waits for the child's timers, and they for it.
     Simulated,
+}
+
+/// What becomes of the run when a child ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OnExit {
+    /// It ends with the last child that ends.
+    #[default]
+    End,
+    /// It goes on to its own end.
+    DriveOn,
 }
 
 /// `ready = { … }`: exactly one key.

@@ -20,7 +20,7 @@ use rowscan_strict_toml::{TomlError, from_toml};
 
 pub use expect::{Bounds, Expect};
 use file::ScenarioFile;
-pub use file::{Mode, Time};
+pub use file::{Mode, OnExit, Time};
 pub use process_value::ProcessValue;
 pub(crate) use process_value::merged;
 pub use valve_state::ValveState;
@@ -177,6 +177,8 @@ pub struct RunSpec {
     pub command: Vec<String>,
     /// Which time it goes by.
     pub time: Time,
+    /// What becomes of the run when it ends.
+    pub on_exit: OnExit,
     /// When it is ready.
     pub ready: Ready,
     /// In lockstep, how long it computes.

@@ -468,5 +468,6 @@ fn settled(run: RunTable) -> Result<RunSpec, String> {
         Some(_) => return Err(wrong()),
     };
     let compute = compute(&run.id, run.compute, run.cpu_factor)?;
-    Ok(RunSpec { id: run.id, command: run.command, time: run.time, ready, compute, env: run.env })
+    let RunTable { id, command, time, on_exit, env, .. } = run;
+    Ok(RunSpec { id, command, time, on_exit, ready, compute, env })
 }

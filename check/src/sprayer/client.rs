@@ -133,6 +133,17 @@ fn implement(boom: &Boom, row_spacing_m: Option<f64>) -> Implement {
     }
 }
 
+/// Setpoints that commanded nothing because they hold reserved states, in words.
+pub(crate) fn reserved(log: &SectionLog) -> Vec<String> {
+    let words = |(ddi, first, count): (u16, SimTime, u64)| {
+        format!(
+            "`sprayer.isobus`: DDI {ddi} was set to a reserved state (error or undefined) {count} times, first at {:.3} s: it commanded nothing, and was refused (0x40)",
+            first.as_secs_f64()
+        )
+    };
+    log.reserved().into_iter().map(words).collect()
+}
+
 /// What sections were told, as commands.
 pub(super) fn commands(log: &SectionLog) -> impl Iterator<Item = Command> + use<> {
     log.orders().into_iter().map(|order| command(&order))

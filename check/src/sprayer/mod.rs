@@ -13,6 +13,7 @@ mod sensors;
 mod spec;
 mod spray;
 
+pub(crate) use client::reserved;
 pub(crate) use hearing::BoomHearing;
 pub(crate) use judge::judge;
 pub use kept::KeptError;
@@ -20,7 +21,7 @@ pub(crate) use machine::Machine;
 pub(crate) use map::live_map;
 pub(crate) use part::{NAME, SprayerPart};
 pub use run::{Intercepted, Relative, SprayerRun};
-pub(crate) use sensors::BoomSensors;
+pub(crate) use sensors::{BoomSensors, untold};
 pub use spec::SprayerSpec;
 pub(crate) use spec::{SprayerTable, settled};
 pub(crate) use spray::BoomSpray;

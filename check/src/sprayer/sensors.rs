@@ -14,6 +14,8 @@ use rowscan_sprayer::live::{Reader, States};
 use super::machine::Machine;
 
 const MESSAGES: &[&Message] = &[&SECTION_STATES, &SPRAYER_STATE, &FLOW_METER];
+/// The last section that states are told of.
+const SECTIONS_TOLD: u16 = 16;
 /// Of booms with a section 9 or above.
 const MORE: &[&Message] = &[&SECTION_STATES, &MORE_SECTION_STATES, &SPRAYER_STATE, &FLOW_METER];
 
@@ -34,6 +36,38 @@ impl BoomSensors {
         let node = Node::new(Name::boom(), SPRAYER_ADDRESS, messages, &[]);
         Self { node, reader: machine.reader(), machine, seen: None }
     }
+}
+
+/// What the frames of this boom's sensors cannot tell, in words; nothing where it has none.
+pub(crate) fn untold(boom: &Boom) -> Vec<String> {
+    let Some(sensors) = boom.sensors else { return Vec::new() };
+    let flow_l_s: f64 = boom.nozzles().iter().map(|nozzle| nozzle.flow_l_s).sum();
+    let (flow_l_min, pulse_hz) = (60.0 * flow_l_s, flow_l_s * sensors.pulses_per_l);
+    let quantities = [
+        (&SPRAYER_STATE, "Tank", boom.tank_l, "a full tank"),
+        (&SPRAYER_STATE, "Flow", Some(flow_l_min), "all nozzles at full flow"),
+        (&FLOW_METER, "PulseRate", Some(pulse_hz), "all nozzles at full flow, by `pulses_per_l`"),
+    ];
+    let beyond = quantities.into_iter().filter_map(|(message, name, value, of)| {
+        let (signal, value) = (message.signal(name)?, value?);
+        (!signal.can_say(value)).then(|| {
+            let (unit, largest) = (signal.unit, signal.largest());
+            format!(
+                "boom: `{}.{name}` tells up to {largest} {unit} and is not available above, {of} {value:.1} {unit}",
+                message.name
+            )
+        })
+    });
+    let last = SECTIONS_TOLD;
+    let sections: Vec<String> =
+        boom.numbers().filter(|number| *number > last).map(|number| number.to_string()).collect();
+    let sections = (!sections.is_empty()).then(|| {
+        format!(
+            "boom: `SectionStates` and `MoreSectionStates` tell sections 1 to {last}, and nothing of {}",
+            sections.join(", ")
+        )
+    });
+    beyond.chain(sections).collect()
 }
 
 /// The bytes of a message that tells these states.
@@ -85,5 +119,53 @@ impl ControlFunction for BoomSensors {
         // Who asks out of turn hears what the last look saw.
         let seen = &self.seen;
         self.node.handle(at, frame, &mut |message, _| compose(message, &seen.as_ref()?.1), out);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::expect_used, reason = "a test fails by panicking")]
+
+    use super::*;
+
+    fn boom(tables: &str, number: u16) -> Boom {
+        let section = "[[section]]\nid = \"a\"\nside = \"left\"\nz_from_m = 1\nz_to_m = 2\nflow_l_min = 60\n";
+        Boom::read(&format!("version = 1\n{tables}\n{section}number = {number}\n")).expect("a boom")
+    }
+
+    #[test]
+    fn what_frames_cannot_tell_of_a_boom_is_said_when_it_is_read() {
+        let told = |tables: &str, number| untold(&boom(tables, number));
+        for (tables, number, says) in [
+            (
+                "tank_l = 6426\n[sensors]",
+                1,
+                "`SprayerState.Tank` tells up to 6425.5 l and is not available above, a full tank 6426.0 l",
+            ),
+            ("[sensors]\npulses_per_l = 6426", 1, "`FlowMeter.PulseRate` tells up to 6425.5 Hz"),
+            ("[sensors]", 17, "sections 1 to 16, and nothing of 17"),
+        ] {
+            let found = told(tables, number);
+            assert!(matches!(&found[..], [one] if one.contains(says)), "{found:?}");
+        }
+        // Who can be told, and who has no sensors.
+        for (tables, number) in [
+            ("tank_l = 6425.5\n[sensors]\npulses_per_l = 6425", 16),
+            ("tank_l = 100000", 17),
+            ("[sensors]\ntank_l = 6000", 1),
+        ] {
+            assert_eq!(told(tables, number), Vec::<String>::new(), "{tables}");
+        }
+    }
+
+    /// A tank that is too large for its signal is not told as one that is just not.
+    #[test]
+    fn a_level_beyond_its_signal_is_not_available() {
+        let states = |tank_l| States { tank_l: Some(tank_l), ..States::default() };
+        let tank = |tank_l| {
+            let payload = compose(&SPRAYER_STATE, &states(tank_l)).expect("a message");
+            SPRAYER_STATE.decode(payload.bytes())[2]
+        };
+        assert_eq!((tank(80_000.0), tank(6425.5), tank(6425.6)), (None, Some(6425.5), None));
     }
 }

@@ -44,7 +44,7 @@ pub(crate) struct SprayerTable {
     #[schemars(example = &"hold")]
     pub(crate) on_loss: Option<OnLossValue>,
     /// With `isobus`: what its tank holds at the start, litres, where the boom's file does not say; it never runs dry where neither does.
-    #[schemars(range(min = 1, max = 100_000), example = 400.0)]
+    #[schemars(range(min = 0.01, max = 100_000), example = 400.0)]
     pub(crate) tank_l: Option<f64>,
 }
 
@@ -74,9 +74,6 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
         String::from_utf8(bytes).map_err(|_| told(&"expected text, found bytes that are not UTF-8"))?;
     let boom = Boom::read(&text).map_err(|error| told(&error))?;
     let boom = match table.tank_l {
-        Some(tank_l) if !(1.0..=100_000.0).contains(&tank_l) => {
-            return Err(format!("`sprayer.tank_l`: expected 1 to 100000 litres, found {tank_l}"));
-        }
         Some(tank_l) => boom.with_tank("sprayer.tank_l", tank_l).map_err(|error| error.to_string())?,
         None => boom,
     };
@@ -92,6 +89,12 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
         return Err(
             "`sprayer`: `on_loss` and `tank_l` are of a client of a task controller; add `isobus`".to_owned()
         );
+    }
+    if let (Some(_), Some(watchdog_s)) = (&table.isobus, boom.watchdog_s) {
+        return Err(format!(
+            "`sprayer.isobus`: the boom has `watchdog_s = {watchdog_s}`, and a task controller sends setpoints only when they change: the valves would shut in between; leave \
+             `watchdog_s` out of the boom: the client shuts them itself, by `on_loss`, 6 s after the task controller's last status"
+        ));
     }
     let heard_on = |bus, client| SprayerSpec {
         boom: boom.clone(),
@@ -247,6 +250,24 @@ mod tests {
         };
         let ways = Ways { buses: vec![("can0", None)], nmea: Vec::new(), runs: vec!["sut"] };
         settled(table, folder, &ways)
+    }
+
+    #[test]
+    fn a_watchdog_of_commands_is_refused_where_they_come_only_on_change() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let section = "[[section]]\nid = \"a\"\nside = \"left\"\nz_from_m = 1\nz_to_m = 2\n";
+        let of = |keys: &str, watchdog: &str| {
+            std::fs::write(folder.path().join("boom.toml"), format!("version = 1\n{watchdog}\n{section}"))
+                .expect("written");
+            let table: SprayerTable =
+                rowscan_strict_toml::from_toml(&format!("boom = \"boom.toml\"\n{keys} = \"can0\"\n"))
+                    .expect("a table");
+            let ways = Ways { buses: vec![("can0", None)], nmea: Vec::new(), runs: Vec::new() };
+            settled(table, folder.path(), &ways).map(|_| ())
+        };
+        let why = of("isobus", "watchdog_s = 4").expect_err("it would shut between setpoints");
+        assert!(why.contains("`watchdog_s = 4`") && why.contains("leave `watchdog_s` out"), "{why}");
+        assert_eq!((of("isobus", ""), of("bus", "watchdog_s = 4")), (Ok(()), Ok(())));
     }
 
     #[test]

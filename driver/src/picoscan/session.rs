@@ -5,7 +5,7 @@ use std::net::SocketAddrV4;
 use std::time::Duration;
 
 use rowscan_protocol::challenge::{REALM, response};
-use rowscan_protocol::compact::CompactListener;
+use rowscan_protocol::compact::{CompactListener, OtherSender};
 use rowscan_protocol::frame::FrameCounts;
 use rowscan_protocol::host::{DeviceInfo, HostEvent, HostSession, Language, Refusal, Transmit};
 use rowscan_protocol::scan::Scan;
@@ -110,7 +110,8 @@ impl PicoSession {
 
     /// Scans come once all is set and a telegram was there.
     fn begin(&mut self) {
-        if matches!(self.state, State::Set { .. }) && self.listener.counts().frames > 0 {
+        let foreign: u64 = self.listener.other_senders().iter().map(|other| other.telegrams).sum();
+        if matches!(self.state, State::Set { .. }) && self.listener.counts().frames > foreign {
             self.state = State::Streams;
             self.events.push_back(HostEvent::Ready(self.info.clone()));
         }
@@ -160,6 +161,11 @@ impl PicoSession {
                 });
                 self.info.ident = format!("{name} {version}");
                 version.clone_into(&mut self.info.firmware);
+            }
+            "SerialNumber" => {
+                if let Ok(number) = text("/data/SerialNumber").trim().parse() {
+                    self.listener.follow(number);
+                }
             }
             "FirmwareVersion" => text("/data/FirmwareVersion").clone_into(&mut self.info.firmware),
             _ => {}
@@ -312,6 +318,10 @@ impl HostSession for PicoSession {
 
     fn segments_lost(&self) -> u64 {
         self.listener.segments_lost()
+    }
+
+    fn other_senders(&self) -> &[OtherSender] {
+        self.listener.other_senders()
     }
 
     fn is_done(&self) -> bool {

@@ -47,6 +47,8 @@ pub(super) fn start_up(to: SocketAddrV4, place: &PicoscanAddress, config: &ColaC
     let all = [
         Some(Step::read("DeviceIdent", true)),
         Some(Step::read("FirmwareVersion", false)),
+        // Whose telegrams are taken, where others come to the same port.
+        Some(Step::read("SerialNumber", false)),
         Some(Step::write("ScanDataEthSettings", destination.clone(), true)),
         Some(Step::write("ScanDataFormat", json!(2), true)),
         profile.ok().flatten().map(|number| Step::write("PerformanceProfileNumber", json!(number), false)),

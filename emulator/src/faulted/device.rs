@@ -14,9 +14,11 @@ use rowscan_faults::{Fit, Order, Part};
 use rowscan_protocol::device::{self, Device, LeftBehind, RefusedWith, Trouble};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx;
+use rowscan_protocol::model::Model;
 use rowscan_protocol::time::SimTime;
 use tokio::sync::Notify;
 
+use super::fits::{FaultyScanner, fits};
 use super::orders::Orders;
 
 /// Microseconds a second.
@@ -36,16 +38,10 @@ pub(crate) enum Change {
     Leave(Stored),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Family {
-    Cola,
-    Lms2xx,
-}
-
 /// The faults of one scanner.
 #[derive(Debug)]
 pub(crate) struct DeviceFaults {
-    family: Family,
+    scanner: FaultyScanner,
     orders: Orders<Change>,
     active: Mutex<Vec<(u64, PartFault)>>,
     /// The clock's wrap is set already.
@@ -55,13 +51,12 @@ pub(crate) struct DeviceFaults {
 }
 
 impl DeviceFaults {
-    /// Of a scanner that sends datagrams, if so.
-    pub(crate) fn cola(changed: &Arc<Notify>, sends_datagrams: bool) -> Arc<Self> {
-        Self::of(Family::Cola, changed, sends_datagrams.then(Datagrams::default))
+    pub(crate) fn cola(changed: &Arc<Notify>, model: &'static Model) -> Arc<Self> {
+        Self::of(FaultyScanner::Cola(model), changed)
     }
 
     pub(crate) fn lms2xx(changed: &Arc<Notify>) -> Arc<Self> {
-        Self::of(Family::Lms2xx, changed, None)
+        Self::of(FaultyScanner::Lms2xx, changed)
     }
 
     /// What becomes of its datagrams, where it sends any.
@@ -69,13 +64,13 @@ impl DeviceFaults {
         self.datagrams.as_ref()
     }
 
-    fn of(family: Family, changed: &Arc<Notify>, datagrams: Option<Datagrams>) -> Arc<Self> {
+    fn of(scanner: FaultyScanner, changed: &Arc<Notify>) -> Arc<Self> {
         Arc::new(Self {
-            family,
+            scanner,
             orders: Orders::new(changed),
             active: Mutex::default(),
             foreseen: AtomicBool::new(false),
-            datagrams,
+            datagrams: scanner.sends_datagrams().then(Datagrams::default),
         })
     }
 
@@ -176,19 +171,7 @@ impl DeviceFaults {
 
 impl Part for DeviceFaults {
     fn fits(&self, fault: &PartFault) -> Fit {
-        match (self.family, fault) {
-            (_, PartFault::Datagrams(_)) if self.datagrams.is_some() => Fit::Acts,
-            (_, PartFault::Device(DeviceFault::Rest(_))) if self.datagrams.is_none() => Fit::Refuses(
-                "this scanner has no REST interface: expected a model such as picoscan150".to_owned(),
-            ),
-            (Family::Cola, PartFault::Device(fault)) => fits_cola(fault),
-            (Family::Cola, PartFault::Clock(_)) => Fit::Acts,
-            (Family::Lms2xx, PartFault::Device(fault)) => fits_lms2xx(fault),
-            (Family::Lms2xx, PartFault::Clock(_)) => {
-                Fit::Refuses("an LMS2xx's telegrams carry no time, so its clock cannot be wrong".to_owned())
-            }
-            _ => Fit::Foreign,
-        }
+        fits(self.scanner, fault)
     }
 
     fn begin(&self, order: &Order<'_>) {
@@ -251,41 +234,7 @@ impl Part for DeviceFaults {
     }
 }
 
-fn fits_cola(fault: &DeviceFault) -> Fit {
-    match fault {
-        DeviceFault::Stored(Stored { rate: Some(_), .. } | Stored { streaming: true, .. }) => Fit::Refuses(
-            "`rate` and `streaming` are an LMS2xx's: a CoLa scanner has no rate, and streams to nobody who has not subscribed; use `dialect`, `config`, `other_client`".to_owned(),
-        ),
-        _ => Fit::Acts,
-    }
-}
-
-fn fits_lms2xx(fault: &DeviceFault) -> Fit {
-    let refuses = |why: &str| Fit::Refuses(why.to_owned());
-    match fault {
-        DeviceFault::Power(_) => Fit::Acts,
-        DeviceFault::Dirt(Dirt { sector_deg: None, .. }) => Fit::Acts,
-        DeviceFault::Dirt(_) => {
-            refuses("an LMS2xx tells dirt by channels of its window, not by angle; leave `sector` out")
-        }
-        DeviceFault::Rest(_) => refuses("an LMS2xx has no REST interface"),
-        DeviceFault::Broken(_) => refuses(
-            "which error numbers an LMS2xx reports for a failing part is not emulated; use `contamination` or `power`",
-        ),
-        DeviceFault::Refusal(_) => refuses("an LMS2xx answers no sFA; use `drop`, direction = \"to_device\""),
-        DeviceFault::Stored(stored) => match stored.rate {
-            Some(rate) if lms2xx_rate(rate).is_none() => {
-                Fit::Refuses(format!("expected a rate of 9600, 19200, 38400 or 500000, found {rate}"))
-            }
-            _ if stored.dialect.is_some() || stored.config || stored.other_client => refuses(
-                "`dialect`, `config` and `other_client` are a CoLa scanner's; use `rate` and `streaming`",
-            ),
-            _ => Fit::Acts,
-        },
-    }
-}
-
-fn lms2xx_rate(bits_s: u32) -> Option<lms2xx::Rate> {
+pub(super) fn lms2xx_rate(bits_s: u32) -> Option<lms2xx::Rate> {
     lms2xx::Rate::ALL.into_iter().find(|rate| rate.bits_per_second() == bits_s)
 }
 

@@ -3,6 +3,7 @@
 
 mod bus;
 mod device;
+mod fits;
 mod orders;
 mod vehicle;
 

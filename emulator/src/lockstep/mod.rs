@@ -11,6 +11,8 @@ mod level;
 mod looked;
 mod outputs;
 #[cfg(target_os = "linux")]
+mod parting;
+#[cfg(target_os = "linux")]
 mod processes;
 #[cfg(target_os = "linux")]
 mod receivers;

@@ -8,6 +8,7 @@ use super::bystanders::Bystanders;
 use super::children::ChildClock;
 use super::level::KernelLevel;
 use super::looked::Looked;
+use super::parting::Parting;
 use super::processes::{self, Doing};
 use super::sockets::{Connection, FarEnd, Sockets};
 
@@ -23,6 +24,8 @@ pub(super) struct Watch {
     owners: HashMap<u32, Vec<u32>>,
     /// Programs behind the peers at this look, each once, with a peer for messages.
     behind: Vec<(u32, SocketAddr)>,
+    /// Programs that have hung up.
+    parting: Parting,
     /// Looks in a row that found everyone idle.
     calm: u8,
 }
@@ -30,7 +33,8 @@ pub(super) struct Watch {
 impl Watch {
     pub(super) fn open(level: KernelLevel, bystanders: Bystanders) -> io::Result<Self> {
         let sockets = Sockets::open(bystanders)?;
-        Ok(Self { level, sockets, owners: HashMap::new(), behind: Vec::new(), calm: 0 })
+        let (owners, behind, parting) = (HashMap::new(), Vec::new(), Parting::default());
+        Ok(Self { level, sockets, owners, behind, parting, calm: 0 })
     }
 
     /// Whether somebody on this machine listens for datagrams to `to`, as far as the kernel tells.
@@ -45,7 +49,9 @@ impl Watch {
             Err(cause) => Some(format!("the kernel does not tell: {cause}")),
         };
         let missing = missing.or_else(|| self.unheard_connections(children));
-        if let Some(who) = missing.or_else(|| self.at_work(children)) {
+        let missing = missing.or_else(|| self.at_work(children));
+        // Only of those who are idle all are known who are there.
+        if let Some(who) = missing.or_else(|| self.parted()) {
             self.calm = 0;
             return Looked::Missing(who);
         }
@@ -136,6 +142,12 @@ impl Watch {
             Ok(connections) => Some(format!("{connections} connections are not taken yet")),
             Err(cause) => Some(format!("the kernel does not tell: {cause}")),
         }
+    }
+
+    /// A program that has hung up and is about to end.
+    fn parted(&mut self) -> Option<String> {
+        let present = self.behind.iter().map(|(process, _)| *process);
+        (self.level == KernelLevel::Idle).then(|| self.parting.look(present))?
     }
 
     /// A program behind a peer, or a child by the children's clock, that does not wait.

@@ -84,7 +84,7 @@ impl ScanTime {
         match self.counting.observe(scan) {
             Turn::Line { travel_s, .. } => self.passed_s = self.passed_s.max(travel_s),
             // Neither clock nor counter goes on: the next scan all the same.
-            Turn::Repeated => self.passed_s += period_s,
+            Turn::Repeated | Turn::Late => self.passed_s += period_s,
         }
     }
 }

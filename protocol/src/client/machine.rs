@@ -181,7 +181,10 @@ impl Machine {
         let taken =
             args.decode_into(telegram).map_err(|error| ScanFault::Fields { reason: error.to_string() });
         match taken.and_then(|()| telegram.to_scan_into(scan)) {
-            Ok(()) => self.events.push_back(HostEvent::Scan),
+            Ok(()) => {
+                scan.received = self.now;
+                self.events.push_back(HostEvent::Scan);
+            }
             Err(fault) => self.events.push_back(HostEvent::Malformed { fault }),
         }
     }

@@ -6,12 +6,14 @@
 
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::format;
+use core::time::Duration;
 
 use super::frame::{Frame, Layout};
 use super::scan::ScanTelegram;
 use super::segment::Segment;
-use super::window::Window;
+use crate::uptime::Uptime;
 use crate::validity::ScanFault;
+use crate::window::Window;
 
 /// A telegram may be overtaken by so many others.
 pub const REORDER: u64 = 4;
@@ -51,6 +53,9 @@ pub struct Assembler {
     lost_before: u64,
     /// The counter began anew, and no turn has been given since.
     begins_anew: bool,
+    uptime: Uptime,
+    /// When the newest telegram was sent, by the scanner's clock, µs.
+    sent_us: u64,
 }
 
 /// A turn whose segments are coming.
@@ -73,21 +78,23 @@ struct Closed {
 }
 
 impl Assembler {
-    /// Takes the next telegram.
+    /// Takes the next telegram, received at this time of any epoch, if that is known.
     ///
     /// # Errors
     /// It is no segment that a scan can be made of; see [`Segment::of`].
-    pub fn push(&mut self, telegram: ScanTelegram) -> Result<(), ScanFault> {
+    pub fn push(&mut self, telegram: ScanTelegram, received: Option<Duration>) -> Result<(), ScanFault> {
         let segment = Segment::of(telegram)?;
-        if self.begins_anew(&segment) {
+        let was_off = self.was_off(&segment, received);
+        if was_off || self.begins_anew(&segment) {
             // What went on meanwhile is told by counters that go on; those that go back tell of a restart.
             let went_back = |newest: u64| segment.telegram_counter < newest;
-            let restarted = self.window.as_ref().map(Window::newest).is_some_and(went_back);
+            let restarted = was_off || self.window.as_ref().map(Window::newest).is_some_and(went_back);
             self.close_all();
             self.lost_before += self.window.take().map_or(0, |window| window.missing());
             self.closed = None;
             self.begins_anew |= restarted;
         }
+        self.note_time(&segment, received);
         let window = self.window.get_or_insert_with(|| Window::new(segment.telegram_counter));
         if window.has_seen(segment.telegram_counter) {
             self.counts.repeated += 1;
@@ -122,6 +129,28 @@ impl Assembler {
     pub fn counts(&self) -> SegmentCounts {
         let missing = self.window.as_ref().map_or(0, Window::missing);
         SegmentCounts { lost: self.lost_before + missing, ..self.counts }
+    }
+
+    /// True if the scanner was off, and its counters happen to stand beyond where they stood: its clock has gone on by less than the host's.
+    fn was_off(&self, segment: &Segment, received: Option<Duration>) -> bool {
+        let ahead = self.window.as_ref().map(|window| window.ahead(segment.telegram_counter));
+        // The next one may have waited on its way.
+        ahead.is_some_and(|ahead| ahead != Ok(1))
+            && self.uptime.is_too_short(received, self.passed_s(segment))
+    }
+
+    /// The scanner's time since the newest telegram, seconds.
+    fn passed_s(&self, segment: &Segment) -> f64 {
+        segment.transmit_time_us.saturating_sub(self.sent_us) as f64 * 1e-6
+    }
+
+    fn note_time(&mut self, segment: &Segment, received: Option<Duration>) {
+        let ahead = self.window.as_ref().map(|window| window.ahead(segment.telegram_counter));
+        let passed_s = (ahead == Some(Ok(1))).then(|| self.passed_s(segment));
+        self.uptime.take(received, passed_s);
+        if ahead != Some(Ok(0)) {
+            self.sent_us = segment.transmit_time_us;
+        }
     }
 
     /// True if counters tell of another stream: the scanner has restarted, or its numbers are no continuation.

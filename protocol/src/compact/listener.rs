@@ -6,6 +6,7 @@ use core::time::Duration;
 use super::assembler::{Assembler, SegmentCounts};
 use super::frame::Frame;
 use super::scan::ScanTelegram;
+use super::senders::{OtherSender, Sender, Senders};
 use super::stream::{Found, StreamDecoder};
 use super::telegram::Telegram;
 use super::wheel::Wheel;
@@ -26,6 +27,9 @@ const MAX_READINGS: usize = 1024;
 pub struct CompactListener {
     decoder: StreamDecoder,
     assembler: Assembler,
+    senders: Senders,
+    /// Another scanner that was heard for the first time, and the one that is listened to instead.
+    heard: VecDeque<[Option<u32>; 2]>,
     faults: VecDeque<ScanFault>,
     readings: VecDeque<Reading>,
     wheel: Wheel,
@@ -33,6 +37,7 @@ pub struct CompactListener {
     turn: Option<(Frame, usize)>,
     scan: Scan,
     counts: FrameCounts,
+    now: Option<Duration>,
 }
 
 impl CompactListener {
@@ -40,6 +45,12 @@ impl CompactListener {
     pub fn handle_datagram(&mut self, now: Duration, bytes: &[u8]) {
         self.handle_bytes(now, bytes);
         self.handle_gap();
+    }
+
+    /// Of several scanners that send here, listens to the one with this serial number; else to the first one that is heard. If nothing of it comes and a
+    /// lot of another, that one is it: it calls itself otherwise in its telegrams.
+    pub fn follow(&mut self, serial_number: u32) {
+        self.senders.ask(serial_number);
     }
 
     /// What became of segments so far.
@@ -58,6 +69,7 @@ impl CompactListener {
                 match telegram {
                     Telegram::Scan(scan) => self.take_segment(scan),
                     Telegram::Imu(imu) => self.take_reading(Reading::Imu((&imu).into())),
+                    Telegram::Encoder(encoder) if self.senders.is_other(encoder.sender_id) => {}
                     Telegram::Encoder(encoder) => self.take_reading(Reading::Wheel((&encoder).into())),
                 }
             }
@@ -65,7 +77,14 @@ impl CompactListener {
     }
 
     fn take_segment(&mut self, scan: ScanTelegram) {
-        if let Err(fault) = self.assembler.push(scan) {
+        let sender = scan.modules.0.first().map(|module| module.sender_id);
+        if let Some(Sender::Other { first }) = sender.map(|sender| self.senders.take(sender)) {
+            if first {
+                self.heard.push_back([sender, self.senders.followed()]);
+            }
+            return;
+        }
+        if let Err(fault) = self.assembler.push(scan, self.now) {
             self.faults.truncate(MAX_FAULTS - 1);
             self.faults.push_back(fault);
         }
@@ -89,7 +108,8 @@ impl CompactListener {
 }
 
 impl HostSession for CompactListener {
-    fn handle_bytes(&mut self, _: Duration, bytes: &[u8]) {
+    fn handle_bytes(&mut self, now: Duration, bytes: &[u8]) {
+        self.now = Some(now);
         self.decoder.push(bytes);
     }
 
@@ -119,12 +139,16 @@ impl HostSession for CompactListener {
             if let Some(fault) = self.faults.pop_front() {
                 return Some(HostEvent::Malformed { fault });
             }
+            if let Some([found, followed]) = self.heard.pop_front() {
+                return Some(HostEvent::OtherSender { found, followed });
+            }
             if let Some(reading) = self.readings.pop_front() {
                 return Some(HostEvent::Reading(reading));
             }
             if let Some((frame, given)) = self.turn.take().filter(|(frame, given)| *given < frame.lines.len())
             {
                 frame.to_scan_into(given, &mut self.scan);
+                self.scan.received = self.now;
                 self.scan.encoders.extend(self.wheel.at(self.scan.scan_time_us));
                 self.turn = Some((frame, given + 1));
                 return Some(HostEvent::Scan);
@@ -150,6 +174,10 @@ impl HostSession for CompactListener {
 
     fn segments_lost(&self) -> u64 {
         self.segments().lost
+    }
+
+    fn other_senders(&self) -> &[OtherSender] {
+        self.senders.others()
     }
 
     fn unfinished_turn(&self) -> Option<u64> {

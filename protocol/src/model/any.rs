@@ -39,6 +39,15 @@ pub struct UnknownModel {
     pub known: String,
 }
 
+/// Models are told apart by their names.
+impl PartialEq for AnyModel {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
+}
+
+impl Eq for AnyModel {}
+
 impl AnyModel {
     /// All, CoLa first.
     pub fn all() -> impl Iterator<Item = Self> {

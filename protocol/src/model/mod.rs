@@ -348,6 +348,11 @@ impl Model {
         self.encoders > 0 || self.compact.is_some_and(|compact| compact.has("EncoderDataEnable"))
     }
 
+    /// Whether its scans say how it is, such as that its window is dirty: Compact telegrams have no word for it.
+    pub fn scans_tell_status(&self) -> bool {
+        self.compact.is_none()
+    }
+
     /// The full beam grid in a scan mode; of an interlaced one, the beams of all its turns.
     pub fn beams(&self, mode: ScanMode) -> BeamGrid {
         BeamGrid::spanning(self.start_angle, self.stop_angle, mode.step)

@@ -40,6 +40,8 @@ mod recorded_start_ups;
 mod recorded_telegrams;
 mod recorded_times;
 mod refusals;
+mod restarts;
 mod scan_faults;
+mod senders;
 mod settings;
 mod tells;

@@ -2,14 +2,16 @@
 //!
 //! ```text
 //! # rowscan ranges 1; frequency_hz 50; start_deg -45; step_deg 0.5; unit mm
-//! time_s,telegram_counter,scan_time_us,range_0,range_1, …
-//! 0.000,1,1000000,1523,1530, …
+//! received_s,telegram_counter,scan_time_us,status,range_0,range_1, …
+//! 0.000,1,1000000,0,1523,1530, …
 //! ```
-//! `model` and `serial` may stand in the header too. 0, or nothing between two commas, is a beam without an echo. `time_s` is the host's.
+//! `model` and `serial` may stand in the header too. 0, or nothing between two commas, is a beam without an echo. `received_s` is the host's clock,
+//! and empty or NaN where nobody knows it; older files call it `time_s`. `status` is the number of a [`DeviceStatus`]; files without it say that all is well.
 
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::telegram::wire::FixedText;
 use rowscan_protocol::telegram::{Channel, Kind, LmdScandata, Variable, encode_frame};
+use rowscan_protocol::validity::DeviceStatus;
 
 use super::ReadError;
 use crate::{About, Joint, Packet, Side};
@@ -17,8 +19,38 @@ use crate::{About, Joint, Packet, Side};
 /// How such a file begins.
 pub(super) const TITLE: &str = "# rowscan ranges 1";
 
-/// Columns before the ranges.
-const LEADING: [&str; 3] = ["time_s", "telegram_counter", "scan_time_us"];
+/// Columns before the ranges; [`STATUS`] may follow.
+const LEADING: [&str; 3] = ["received_s", "telegram_counter", "scan_time_us"];
+
+/// What older files call the first.
+const OLDER: &str = "time_s";
+
+/// The column of the device's word of itself.
+const STATUS: &str = "status";
+
+/// The columns before the ranges, as a file has them.
+#[derive(Clone, Copy, Debug)]
+struct Leading {
+    has_status: bool,
+}
+
+impl Leading {
+    fn read(line: usize, columns: &str) -> Result<Self, ReadError> {
+        let mut names = columns.split(',').map(str::trim);
+        let found =
+            names.by_ref().take(LEADING.len()).map(|name| if name == OLDER { LEADING[0] } else { name });
+        if found.ne(LEADING) {
+            let expected = format!("the columns {},{STATUS},range_0, …", LEADING.join(","));
+            return Err(wrong(line, expected, columns));
+        }
+        Ok(Self { has_status: names.next() == Some(STATUS) })
+    }
+
+    /// How many they are.
+    fn count(self) -> usize {
+        LEADING.len() + usize::from(self.has_status)
+    }
+}
 
 /// Most millimetres that 1 in a telegram stands for.
 const MOST_SCALE: f64 = 10.0;
@@ -40,27 +72,18 @@ pub(super) fn packets(text: &str) -> Result<(Vec<Packet>, About), ReadError> {
     let (number, title) = lines.next().unwrap_or((1, ""));
     let header = Header::read(number, title)?;
     let (number, columns) = lines.next().unwrap_or((2, ""));
-    if columns.split(',').take(LEADING.len()).map(str::trim).ne(LEADING) {
-        let expected = format!("the columns {},range_0, …", LEADING.join(","));
-        return Err(wrong(number, expected, columns));
-    }
+    let leading = Leading::read(number, columns)?;
     let lines: Vec<(usize, &str)> = lines.collect();
     let mut scan = header.blank(number)?;
     if let Some(channel) = scan.channels16.first_mut() {
-        channel.scale = header.scale(&lines);
+        channel.scale = header.scale(&lines, leading);
     }
     let mut packets = Vec::new();
     for (number, line) in lines {
-        let at_ns = header.fill(&mut scan, number, line)?;
+        let at_ns = header.fill(&mut scan, (number, line), leading)?;
         let mut bytes = Vec::new();
         encode_frame(Dialect::B, Kind::Sn, LmdScandata::NAME, &scan, &mut bytes);
-        packets.push(Packet {
-            stream: 0,
-            from: Some(Side::Device),
-            at_ns: Some(at_ns),
-            joint: Joint::Anew,
-            bytes,
-        });
+        packets.push(Packet { stream: 0, from: Some(Side::Device), at_ns, joint: Joint::Anew, bytes });
     }
     Ok((packets, About { model: header.model, ..About::default() }))
 }
@@ -131,31 +154,44 @@ impl Header {
     }
 
     /// Millimetres that 1 in the telegram stands for: what the farthest range needs to fit into 16 bits. Scanners of 80 m use 2.
-    fn scale(&self, lines: &[(usize, &str)]) -> f32 {
+    fn scale(&self, lines: &[(usize, &str)], leading: Leading) -> f32 {
         let unit_mm = self.unit_mm.unwrap_or(1.0);
-        let cells = lines.iter().flat_map(|(_, line)| line.split(',').skip(LEADING.len()));
+        let cells = lines.iter().flat_map(|(_, line)| line.split(',').skip(leading.count()));
         let ranges = cells.filter_map(|cell| cell.trim().parse::<f64>().ok());
         let farthest_mm = ranges.map(|range| (range * unit_mm).round()).fold(0.0, f64::max);
         // What is beyond is refused with its line.
         (farthest_mm / f64::from(u16::MAX)).ceil().clamp(1.0, MOST_SCALE) as f32
     }
 
-    /// Takes one line in; its host time, ns.
-    fn fill(&self, scan: &mut LmdScandata, line: usize, text: &str) -> Result<u64, ReadError> {
+    /// Takes one line in; its host time, ns, where that is known.
+    fn fill(
+        &self,
+        scan: &mut LmdScandata,
+        (line, text): (usize, &str),
+        columns: Leading,
+    ) -> Result<Option<u64>, ReadError> {
         let mut cells = text.split(',').map(str::trim);
         let mut leading = || cells.next().unwrap_or_default();
         let (time, counter, stamp) = (leading(), leading(), leading());
-        let time_s: f64 = time.parse().map_err(|_| wrong(line, "seconds", time))?;
-        if !(0.0..=1e10).contains(&time_s) {
-            return Err(wrong(line, "seconds from 0", time));
-        }
+        let is_timed = !time.is_empty() && !time.eq_ignore_ascii_case("nan");
+        let seconds = |time: &str| match time.parse::<f64>() {
+            Ok(time_s) if (0.0..=1e10).contains(&time_s) => Ok((time_s * 1e9).round() as u64),
+            _ => Err(wrong(line, "seconds from 0", time)),
+        };
+        let at_ns = is_timed.then(|| seconds(time)).transpose()?;
         scan.telegram_counter =
             counter.parse().map_err(|_| wrong(line, "a counter from 0 to 65535", counter))?;
         scan.scan_counter = scan.telegram_counter;
         scan.scan_time_us = stamp.parse().map_err(|_| wrong(line, "microseconds of 32 bits", stamp))?;
         scan.transmit_time_us = scan.scan_time_us;
+        if columns.has_status {
+            let number = leading();
+            let status = number.parse().ok().and_then(DeviceStatus::of_number);
+            let expected = "a status from 0 to 3 (ok, contamination warning, contamination error, error)";
+            scan.device_status = status.ok_or_else(|| wrong(line, expected, number))?.scandata();
+        }
         let unit_mm = self.unit_mm.unwrap_or(1.0);
-        let Some(channel) = scan.channels16.first_mut() else { return Ok(0) };
+        let Some(channel) = scan.channels16.first_mut() else { return Ok(at_ns) };
         let before = channel.values.len();
         channel.values.clear();
         for cell in cells {
@@ -177,7 +213,7 @@ impl Header {
             let found = channel.values.len().to_string();
             return Err(wrong(line, format!("{before} ranges, as in the lines before"), &found));
         }
-        Ok((time_s * 1e9).round() as u64)
+        Ok(at_ns)
     }
 }
 
@@ -203,6 +239,20 @@ mod tests {
     }
 
     #[test]
+    fn a_status_and_an_unknown_time_are_read_as_they_were_told() {
+        let head = HEAD.replace("time_s", "received_s").replace("us,range_0", "us,status,range_0");
+        for status in DeviceStatus::ALL {
+            let text = format!("{head}NaN,7,1000,{},100,,250.5\n", status.number());
+            let (packets, _) = packets(&text).expect("sound");
+            assert_eq!(packets[0].at_ns, None);
+            let mut reader = ScanReader::new(StreamKind::Cola, MAX_PAYLOAD).expect("a scanner's");
+            reader.push(Duration::ZERO, &packets[0]);
+            let scan = reader.next_scan().expect("a scan");
+            assert_eq!((scan.status, scan.echoes[0].range_m.len()), (status, 3));
+        }
+    }
+
+    #[test]
     fn ranges_beyond_16_bits_of_millimetres_are_read() {
         let (packets, _) = packets(&format!("{HEAD}0,1,2,8000.2,100,40\n")).expect("sound");
         let mut reader = ScanReader::new(StreamKind::Cola, MAX_PAYLOAD).expect("a scanner's");
@@ -224,6 +274,10 @@ mod tests {
             (HEAD.replace("cm", "feet"), "line 1: expected the unit mm, cm or m, found `feet`"),
             (HEAD.replace("start_deg", "begin"), "line 1: expected one of frequency_hz"),
             (HEAD.replace("time_s", "t"), "line 2: expected the columns"),
+            (
+                format!("{}0,1,2,4,3,4,5\n", HEAD.replace("us,range_0", "us,status,range_0")),
+                "line 3: expected a status from 0 to 3",
+            ),
             (format!("{HEAD}0,1,2,3,4,5\n0,1,2,3,4\n"), "line 4: expected 3 ranges"),
             (format!("{HEAD}0,70000,2,3,4,5\n"), "line 3: expected a counter"),
             (format!("{HEAD}0,1,2,x,4,5\n"), "line 3: expected ranges from 0 to 655.35 m, found `x`"),

@@ -80,7 +80,7 @@ impl Follower {
                 Ok(Taken::SentBack) => true,
                 Err(_) => false,
             };
-            let broken_off = scanner.broken_off();
+            let (broken_off, models) = (scanner.broken_off(), scanner.models());
             let counts = scanner.stop(STOP_TIMEOUT).await;
             drop(telling);
             if let Some(feed) = self.feed.as_mut().filter(|_| again) {
@@ -92,6 +92,9 @@ impl Follower {
             estimate.heard_over(counts.telegrams_bad, counts.segments_lost);
             if let Some(place) = broken_off {
                 estimate.broken_off(place);
+            }
+            if let Some(taken_for) = self.taken_for {
+                estimate.named(&models, taken_for);
             }
             // What was seen before a failure is not lost by it.
             let seen = taken.is_ok() || estimate.scans > 0 || estimate.telegrams_bad > 0;

@@ -47,7 +47,7 @@ pub(super) struct Args {
     /// The rig's scanner this is, from 0; repeatable, in the order of the sources [default: 0, 1, …]
     #[arg(long, value_name = "N")]
     scanner: Vec<usize>,
-    /// Model of the scanners, instead of the rig's own; chooses the calibration
+    /// Model of the scanners, instead of the one that the recording names, or else the rig's own; chooses the calibration
     #[arg(long, value_name = "NAME", value_parser = models::name(), hide_possible_values = true, requires = "rig")]
     model: Option<String>,
     /// The echo the scans hold: a live scanner is asked for it; of a recording it is taken as said [default: first of a live scanner]
@@ -328,7 +328,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let (rig, scene) = match &args.rig {
         Some(name) => {
             let echo = args.echo.map(EchoChoice::from);
-            let (rig, scene) = rig::load(name, args.model.as_deref(), &scanners, echo)?;
+            let (rig, scene) = rig::load(name, args.model.as_deref(), (&args.sources, &scanners), echo)?;
             (Some(rig), scene)
         }
         None => (None, None),

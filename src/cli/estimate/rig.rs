@@ -12,16 +12,29 @@ use rowscan_study::reading::fitted_rig;
 use super::super::output::say;
 use super::super::{Failure, models};
 
-/// The rig called `name`, these scanners being of `model` and sending this echo, and the scene it stands in, if it names one.
+/// The rig called `name`, and the scene it stands in, if it names one. Its scanners, one a source, are of `model`, or else of the model that the
+/// source's recording names, and send this echo.
 pub(super) fn load(
     name: &str,
     model: Option<&str>,
-    scanners: &[usize],
+    (sources, scanners): (&[Source], &[usize]),
     echo: Option<EchoChoice>,
 ) -> Result<(Rig, Option<Scene>), Failure> {
-    let (rig, scene) = files::load_rig(name, say)?;
-    let model = model.map(models::find).transpose()?;
-    Ok((fitted_rig(rig, scanners, model, echo), scene))
+    let (mut rig, scene) = files::load_rig(name, say)?;
+    let asked = model.map(models::find).transpose()?;
+    for (source, scanner) in sources.iter().zip(scanners) {
+        let recorded = source.recorded_model();
+        if let (None, Some(recorded), Some(mount)) = (asked, recorded, rig.scanners.get(*scanner))
+            && mount.model != recorded.name()
+        {
+            let (told, of_rig) = (recorded.name(), &mount.model);
+            say(format_args!(
+                "{source} names the model {told}, which is taken for the rig's {of_rig}; --model says otherwise"
+            ));
+        }
+        rig = fitted_rig(rig, &[*scanner], asked.or(recorded), echo);
+    }
+    Ok((rig, scene))
 }
 
 /// What the first scanner's bytes are in a recording.

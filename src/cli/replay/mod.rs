@@ -14,7 +14,6 @@ use super::endpoint::announce_all;
 use super::events::{self, End};
 use super::faulting::{FaultArgs, Faulting};
 use super::interrupt::Interrupt;
-use super::link_events::other_model;
 use super::output::say;
 use super::recorder::RecordArgs;
 use super::stream_states::state_of;
@@ -23,6 +22,7 @@ use super::{Failure, Format, Outcome, event_format, models};
 use orders::{ReplayTime, SeekRequest};
 use places::{Places, Seek};
 use rowscan_bench::replay::{ReplayBench, ReplaySpec, ReplayedStream};
+use rowscan_canopy::Warning;
 use rowscan_control::{Bench, Log, Refused};
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey};
@@ -130,7 +130,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     }
     if let Some(asked) = asked.filter(|_| !args.verbatim) {
         for part in &parts {
-            if let Some(other) = other_model(&part.told_models(), asked) {
+            if let Some(other) = Warning::other_model(&part.told_models(), asked) {
                 say(format_args!("{}: {other}", part.name));
             }
         }

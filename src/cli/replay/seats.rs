@@ -230,7 +230,7 @@ impl PlaceArgs {
             let parts = self.parts(survey, sort, &seats, if lines { unnamed.len() } else { 1 })?;
             for (number, place) in unnamed.into_iter().enumerate() {
                 // Places beyond the streams go to the last one: a scanner has several ports.
-                let part = parts.get(number).or(parts.last()).ok_or_else(|| survey.nothing())?;
+                let part = parts.get(number).or(parts.last()).ok_or_else(|| unfit(survey, sort))?;
                 seat(&mut seats, part, place)?;
             }
         }
@@ -262,17 +262,30 @@ impl PlaceArgs {
     }
 }
 
+/// No stream goes out on places of this sort: there is nothing to play, or it wants places of another sort.
+fn unfit(survey: &Survey, sort: Sort) -> Failure {
+    match survey.parts.iter().find(|part| part.begins_ns.is_some() && Sort::of(part.kind) != sort) {
+        Some(part) => carries_not(part, sort),
+        None => survey.nothing().into(),
+    }
+}
+
+/// A stream that places of this sort do not carry.
+fn carries_not(part: &Part, sort: Sort) -> Failure {
+    Failure::Usage(format!(
+        "stream `{}` is {}, which {} cannot carry; expected {} for it",
+        part.name,
+        part.kind,
+        sort.flag(),
+        Sort::flag_for(part.kind)
+    ))
+}
+
 /// Gives `part` one more place.
 fn seat<'a>(seats: &mut Vec<Seat<'a>>, part: &'a Part, place: Place<'a>) -> Result<(), Failure> {
     let sort = place.sort();
     if !sort.takes(part.kind) {
-        return Err(Failure::Usage(format!(
-            "stream `{}` is {}, which {} cannot carry; expected {} for it",
-            part.name,
-            part.kind,
-            sort.flag(),
-            Sort::flag_for(part.kind)
-        )));
+        return Err(carries_not(part, sort));
     }
     match seats.iter_mut().find(|seat| seat.part.stream == part.stream) {
         Some(seat) if seat.sort != sort => Err(Failure::Usage(format!(

@@ -45,6 +45,16 @@ pub(super) struct Bank {
     /// The last look at it.
     seen: Seen,
     orders: Vec<SectionOrder>,
+    reserved: Vec<Reserved>,
+}
+
+/// A setpoint that holds a state which is reserved: it commands nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reserved {
+    /// When it came.
+    pub at: SimTime,
+    /// What it was to set.
+    pub ddi: u16,
 }
 
 /// Why a value is not set: bits of [`crate::isobus::process_data::refusal`].
@@ -66,12 +76,18 @@ impl Bank {
             speed_m_s: None,
             canopy_mm: None,
             orders: Vec::new(),
+            reserved: Vec::new(),
         }
     }
 
     /// What sections were told since the last call.
     pub(super) fn take_orders(&mut self) -> Vec<SectionOrder> {
         std::mem::take(&mut self.orders)
+    }
+
+    /// Setpoints with reserved states since the last call.
+    pub(super) fn take_reserved(&mut self) -> Vec<Reserved> {
+        std::mem::take(&mut self.reserved)
     }
 
     /// Another machine does what the valves are told.
@@ -97,23 +113,34 @@ impl Bank {
         }
     }
 
-    /// Sets a value.
+    /// Sets a value. One with a reserved state is refused and noted; of sections that is only those that have it, the others do what they are told.
     ///
     /// # Errors
     /// Why not; the caller has made sure that the element has the DDI and that it can be set.
     pub(super) fn set(&mut self, at: SimTime, ddi: u16, value: i32, policy: OnLoss) -> Result<(), Refusal> {
         use crate::isobus::process_data::refusal;
+        let word = ddi::word(ddi, ddi::SETPOINT_SECTIONS);
+        let is_reserved = match (ddi, word) {
+            (_, Some(word)) => self.asks_for_error(word, value),
+            // Error and undefined: two bits have no more.
+            (ddi::SETPOINT_WORK | ddi::SECTION_CONTROL | ddi::PRESCRIPTION_CONTROL, None) => {
+                (2..=3).contains(&value)
+            }
+            _ => false,
+        };
+        if is_reserved {
+            self.reserved.push(Reserved { at, ddi });
+        }
         let state = |states: std::ops::RangeInclusive<i32>| {
             states.contains(&value).then_some(value).ok_or(refusal::VALUE)
         };
-        if let Some(word) = ddi::word(ddi, ddi::SETPOINT_SECTIONS) {
+        if let Some(word) = word {
             self.set_sections(at, word, value);
-            return Ok(());
+            return if is_reserved { Err(refusal::VALUE) } else { Ok(()) };
         }
         match ddi {
             ddi::SETPOINT_WORK => {
-                // 2 and 3 change nothing.
-                self.is_on = Work::from_bits(state(0..=3)? as u32).is_on().unwrap_or(self.is_on);
+                self.is_on = state(0..=1)? == 1;
                 self.follow(at);
             }
             ddi::SECTION_CONTROL => {
@@ -127,6 +154,12 @@ impl Bank {
             _ => return Err(refusal::NOT_SETTABLE),
         }
         Ok(())
+    }
+
+    /// True if a word has the state "error" for one of the sections: "absent" leaves one as it is.
+    fn asks_for_error(&self, word: u16, value: i32) -> bool {
+        let own = self.valves.len().saturating_sub(usize::from(word * ddi::SECTIONS));
+        ddi::sections(value).into_iter().take(own).any(|work| work == Work::Error)
     }
 
     fn set_sections(&mut self, at: SimTime, word: u16, value: i32) {
@@ -236,7 +269,10 @@ mod tests {
         let mut bank = Bank::new(implement(2));
         set(&mut bank, 0, 290, 5);
         set(&mut bank, 10, 289, 0);
-        set(&mut bank, 20, 289, 3);
+        for reserved in [2, 3] {
+            let refused = bank.set(SimTime(20 * MS), 289, reserved, OnLoss::Close);
+            assert_eq!(refused, Err(refusal::VALUE), "no command: it stays off");
+        }
         set(&mut bank, 30, 289, 1);
         let told: Vec<_> = bank.take_orders().iter().map(|order| (order.at.0 / MS, order.is_open)).collect();
         assert_eq!(told, [(0, true), (0, true), (10, false), (10, false), (30, true), (30, true)]);
@@ -275,6 +311,39 @@ mod tests {
         // A minute of 4 l/min, of 400 l.
         bank.poll(SimTime(60_015 * MS));
         assert_eq!(bank.value(3, 72), Some(396_000));
+    }
+
+    /// Whatever stood before: a reserved state changes nothing of what it is about, is refused, and is noted once.
+    #[test]
+    fn a_reserved_state_is_no_command_and_is_noted() {
+        let told =
+            |bank: &Bank| [290, 289, 160, 158].map(|ddi| bank.value(if ddi == 158 { 3 } else { 2 }, ddi));
+        for before in [0, 5] {
+            for (ddi, value) in
+                [(289, 2), (289, 3), (160, 2), (160, 3), (158, 2), (158, 3), (290, 2), (290, 8), (290, 10)]
+            {
+                let mut bank = Bank::new(implement(2));
+                set(&mut bank, 0, 290, before);
+                let was = told(&bank);
+                let at = SimTime(10 * MS);
+                // Sections that are not meant are left as they are.
+                let value = if ddi == 290 {
+                    value | if value & 2 == 0 { 3 } else { 0 } | if value & 8 == 0 { 12 } else { 0 }
+                } else {
+                    value
+                };
+                assert_eq!(bank.set(at, ddi, value, OnLoss::Close), Err(refusal::VALUE), "{ddi} = {value}");
+                assert_eq!(bank.take_reserved(), [Reserved { at, ddi }]);
+                assert_eq!(told(&bank), was, "{ddi} = {value}");
+            }
+        }
+        // Others in the same word do what they are told, and places of sections that it lacks say nothing.
+        let mut bank = Bank::new(implement(2));
+        assert_eq!(bank.set(SimTime::ZERO, 290, 0b0110, OnLoss::Close), Err(refusal::VALUE));
+        assert_eq!(bank.value(2, 290).map(|value| value & 0xF), Some(0b0100));
+        bank.take_reserved();
+        set(&mut bank, 0, 290, 0xAAAA_AAAF_u32 as i32);
+        assert_eq!(bank.take_reserved(), []);
     }
 
     #[test]

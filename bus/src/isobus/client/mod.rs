@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use rowscan_protocol::time::SimTime;
 
-pub use bank::OnLoss;
+pub use bank::{OnLoss, Reserved};
 pub use machine::{Machine, SectionOrder, Seen};
 pub use session::{Connection, Question, Refused};
 
@@ -113,6 +113,11 @@ impl TaskClient {
     /// What sections were told since the last call.
     pub fn take_orders(&mut self) -> Vec<SectionOrder> {
         self.bank.take_orders()
+    }
+
+    /// Setpoints with reserved states since the last call: they commanded nothing.
+    pub fn take_reserved(&mut self) -> Vec<Reserved> {
+        self.bank.take_reserved()
     }
 
     /// From now on this is wrong.
@@ -335,12 +340,15 @@ impl TaskClient {
             }
             (Some(_), command::REQUEST) => {
                 self.freshen(at);
-                // What is not known is not answered.
-                if let Some(value) = self.bank.value(element, ddi) {
-                    self.triggers.told((element, ddi), value);
-                    self.tell((element, ddi), value, out);
+                match self.bank.value(element, ddi) {
+                    Some(value) => {
+                        self.triggers.told((element, ddi), value);
+                        self.tell((element, ddi), value, out);
+                        0
+                    }
+                    // Who asks is answered, also where nothing is known: a value would be a guess.
+                    None => refusal::RANGE,
                 }
-                0
             }
             (Some(known), command::VALUE | command::SET_AND_ACKNOWLEDGE) => {
                 if known.2 & property::SETTABLE == 0 {

@@ -272,7 +272,8 @@ fn questions_and_triggers_are_answered_and_nonsense_is_refused() {
     assert_eq!(ask(command::REQUEST, 2, ddi::SECTION_CONTROL, 0), value(2, 160, 1));
     assert_eq!(ask(command::VALUE, 3, 1, ddi::rate(300.0)), Vec::<[u8; 8]>::new());
     assert_eq!(ask(command::REQUEST, 3, 1, 0), value(3, 1, 3_000_000));
-    assert_eq!(ask(command::REQUEST, 0, ddi::CANOPY_HEIGHT, 0), Vec::<[u8; 8]>::new(), "unknown");
+    let unknown = [[0x0D, 0, 8, 2, refusal::RANGE, 0xF2, 255, 255]];
+    assert_eq!(ask(command::REQUEST, 0, ddi::CANOPY_HEIGHT, 0), unknown, "no sensor tells it");
     assert_eq!(ask(command::SET_AND_ACKNOWLEDGE, 2, 160, 1), [[0x2D, 0, 160, 0, 0, 0xFA, 255, 255]]);
     let refused = [
         (command::VALUE, 99, 290, 0, refusal::ELEMENT),
@@ -307,6 +308,32 @@ fn questions_and_triggers_are_answered_and_nonsense_is_refused() {
         .map(|told| (told.ddi, told.value))
         .collect();
     assert_eq!(told, [(520, 2000), (67, 4000), (520, 2500)]);
+}
+
+/// Whoever asks for anything that stands in the pool has one answer: the value, or that there is none.
+#[test]
+fn every_question_about_process_data_of_the_pool_has_one_answer() {
+    let mut played = Played::new(20, OnLoss::Close);
+    played.connect();
+    played.said();
+    // Open sections, and no speed: no rate either.
+    played.set(290, word(&[1], &[]));
+    played.pass(played.at.0 + S);
+    played.said();
+    let known = played.client.pool.process_data();
+    let mut unknown = Vec::new();
+    for (element, ddi, ..) in known.into_iter().filter(|(_, ddi, ..)| *ddi != ddi::DEFAULT_SET) {
+        played.told(ProcessData { command: command::REQUEST, element, ddi, value: 0 }.bytes());
+        let said = played.said();
+        let [one] = said.as_slice() else { panic!("{element} {ddi}: {said:?}") };
+        let told = ProcessData::read(one).expect("eight bytes");
+        assert_eq!((told.element, told.ddi), (element, ddi));
+        if told.command == command::ACKNOWLEDGE {
+            assert_eq!(one[4], refusal::RANGE);
+            unknown.push(ddi);
+        }
+    }
+    assert_eq!(unknown, [ddi::CANOPY_HEIGHT, ddi::ACTUAL_RATE]);
 }
 
 #[test]

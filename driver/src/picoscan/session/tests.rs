@@ -7,6 +7,9 @@ use rowscan_protocol::rig::EchoChoice;
 
 use super::*;
 
+/// The scanner's number, in its telegrams too.
+const SERIAL: u32 = 24_130_021;
+
 /// Plays the scanner: what it is asked, and what it answers.
 struct Bench {
     session: PicoSession,
@@ -68,6 +71,9 @@ impl Bench {
             }
             "GET /api/FirmwareVersion" => {
                 answer(200, &json!({ "header": ok, "data": { "FirmwareVersion": "2.2.1.0R" } }))
+            }
+            "GET /api/SerialNumber" => {
+                answer(200, &json!({ "header": ok, "data": { "SerialNumber": SERIAL.to_string() } }))
             }
             "POST /api/getChallenge" => {
                 assert_eq!(body["data"]["user"], "Service");

@@ -81,6 +81,7 @@ impl Machine {
             _ => (u128::from(number) * scan_period.as_nanos() / 1000) as u32,
         };
         scan.transmit_time_us = scan.scan_time_us;
+        scan.received = self.now;
         scan.scan_frequency_hz = known_period.map_or(0.0, |period| 1.0 / period.as_secs_f64());
         scan.beams = beams;
         scan.echoes.resize_with(1, Echo::default);

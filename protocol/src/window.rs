@@ -1,13 +1,13 @@
 //! Which telegrams have come, by their counters.
 
 /// Counters below the newest one that are remembered.
-const REMEMBERED: u64 = 64;
+pub(crate) const REMEMBERED: u64 = 64;
 /// A counter so far ahead is another stream's.
 const FAR: u64 = 1 << 20;
 
 /// What has come of a stream that is counted.
 #[derive(Clone, Debug)]
-pub(super) struct Window {
+pub(crate) struct Window {
     oldest: u64,
     newest: u64,
     /// Bit n: the one n before the newest has come.
@@ -17,20 +17,25 @@ pub(super) struct Window {
 
 /// A counter that is none of this stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct FarOff;
+pub(crate) struct FarOff;
 
 impl Window {
     /// Before the first telegram is taken.
-    pub(super) fn new(first: u64) -> Self {
+    pub(crate) fn new(first: u64) -> Self {
         Self { oldest: first, newest: first, seen: 0, taken: 0 }
     }
 
-    pub(super) fn newest(&self) -> u64 {
+    /// True before the first telegram is taken.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.taken == 0
+    }
+
+    pub(crate) fn newest(&self) -> u64 {
         self.newest
     }
 
     /// How far a counter is ahead of the newest; 0 if it is not.
-    pub(super) fn ahead(&self, counter: u64) -> Result<u64, FarOff> {
+    pub(crate) fn ahead(&self, counter: u64) -> Result<u64, FarOff> {
         match counter.checked_sub(self.newest) {
             Some(ahead) if ahead <= FAR => Ok(ahead),
             None if self.newest - counter < REMEMBERED => Ok(0),
@@ -39,11 +44,11 @@ impl Window {
     }
 
     /// True if this telegram has come before.
-    pub(super) fn has_seen(&self, counter: u64) -> bool {
+    pub(crate) fn has_seen(&self, counter: u64) -> bool {
         self.newest.checked_sub(counter).is_some_and(|age| age < REMEMBERED && self.seen >> age & 1 == 1)
     }
 
-    pub(super) fn take(&mut self, counter: u64) {
+    pub(crate) fn take(&mut self, counter: u64) {
         if let Some(ahead) = counter.checked_sub(self.newest) {
             self.seen = if ahead < REMEMBERED { self.seen << ahead } else { 0 } | 1;
             self.newest = counter;
@@ -55,7 +60,7 @@ impl Window {
     }
 
     /// Telegrams since the oldest that have not come.
-    pub(super) fn missing(&self) -> u64 {
+    pub(crate) fn missing(&self) -> u64 {
         (self.newest - self.oldest).saturating_add(1).saturating_sub(self.taken)
     }
 }

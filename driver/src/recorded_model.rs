@@ -1,0 +1,80 @@
+//! The model that a recording says its scans are of.
+
+use rowscan_protocol::model::AnyModel;
+use rowscan_recording::Recording;
+
+use crate::Source;
+
+impl Source {
+    /// The model that a recording names for its scanner; of one that names several, in the order of its streams, the one of the named stream.
+    /// `None` of live scanners, of files that name none, and of what is no file to be opened twice. Whatever is wrong with a file is told by
+    /// [`Scanner::open`](crate::Scanner::open).
+    pub fn recorded_model(&self) -> Option<AnyModel> {
+        let Self::Recording { path, stream } = self else { return None };
+        let mut recording = path.is_file().then(|| Recording::open(path).ok()).flatten()?;
+        recording.next_packet().ok()?;
+        let about = recording.about().model.clone()?;
+        let names: Vec<&str> = about.split(',').map(str::trim).collect();
+        let place = match (names.as_slice(), stream) {
+            ([_], _) => 0,
+            // A stream is known from its first packet on.
+            (_, Some(stream)) => loop {
+                let scanners = recording.streams().iter().filter(|stream| stream.kind.is_scanner());
+                match scanners.map(|info| &info.name).position(|name| name == stream) {
+                    Some(place) => break place,
+                    None => recording.next_packet().ok()??,
+                };
+            },
+            // The first with a scan is read, whichever that is.
+            (several, None) => several.iter().all(|name| Some(name) == several.first()).then_some(0)?,
+        };
+        AnyModel::by_name(names.get(place)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+    use std::io::Cursor;
+    use std::path::Path;
+
+    use rowscan_recording::{About, Decoded, McapWriter, Side, StreamKind};
+
+    use super::*;
+
+    /// A recording of these models, with these streams.
+    fn file(folder: &Path, models: &[&str], streams: &[&str]) -> String {
+        let about = About { model: Some(models.join(", ")), ..About::default() };
+        let mut writer = McapWriter::new(Cursor::new(Vec::new()), &about, Decoded::default()).unwrap();
+        for name in streams {
+            let stream = writer.add_stream(name, StreamKind::Cola).unwrap();
+            writer.write(stream, Side::Device, 1, 0, b"\x02sRA STlms\x03").unwrap();
+        }
+        writer.finish().unwrap();
+        let path = folder.join(format!("{}-{}.mcap", models.join("-"), streams.len()));
+        std::fs::write(&path, writer.into_inner().into_inner()).unwrap();
+        path.to_str().unwrap().to_owned()
+    }
+
+    fn recorded_model(source: &str) -> Option<&'static str> {
+        source.parse::<Source>().unwrap().recorded_model().map(AnyModel::name)
+    }
+
+    #[test]
+    fn a_recording_names_every_model_for_the_stream_that_it_is_of() {
+        let folder = tempfile::tempdir().unwrap();
+        let all: Vec<&str> = AnyModel::all().map(AnyModel::name).collect();
+        for pair in all.windows(2) {
+            let [first, second] = pair else { panic!("two") };
+            let one = file(folder.path(), &[first], &["scanner"]);
+            assert_eq!(recorded_model(&one), Some(*first));
+            let two = file(folder.path(), pair, &["left", "right"]);
+            assert_eq!(recorded_model(&format!("{two}#left")), Some(*first));
+            assert_eq!(recorded_model(&format!("{two}#right")), Some(*second));
+            assert_eq!(recorded_model(&two), None, "which of the two is not said");
+        }
+        assert_eq!(recorded_model(&file(folder.path(), &["no-such-model"], &["scanner"])), None);
+        assert_eq!(recorded_model("tcp://127.0.0.1:2112"), None);
+    }
+}
