@@ -6,29 +6,16 @@ use rowscan_recording::Recording;
 use crate::Source;
 
 impl Source {
-    /// The model that a recording names for its scanner; of one that names several, in the order of its streams, the one of the named stream.
-    /// `None` of live scanners, of files that name none, and of what is no file to be opened twice. Whatever is wrong with a file is told by
+    /// The model that a recording names for its scanners, where that is one: of several, which stream is of which is not told. `None` of live scanners, of
+    /// files that name none, and of what is no file to be opened twice. Whatever is wrong with a file is told by
     /// [`Scanner::open`](crate::Scanner::open).
     pub fn recorded_model(&self) -> Option<AnyModel> {
-        let Self::Recording { path, stream } = self else { return None };
+        let Self::Recording { path, .. } = self else { return None };
         let mut recording = path.is_file().then(|| Recording::open(path).ok()).flatten()?;
         recording.next_packet().ok()?;
-        let about = recording.about().model.clone()?;
-        let names: Vec<&str> = about.split(',').map(str::trim).collect();
-        let place = match (names.as_slice(), stream) {
-            ([_], _) => 0,
-            // A stream is known from its first packet on.
-            (_, Some(stream)) => loop {
-                let scanners = recording.streams().iter().filter(|stream| stream.kind.is_scanner());
-                match scanners.map(|info| &info.name).position(|name| name == stream) {
-                    Some(place) => break place,
-                    None => recording.next_packet().ok()??,
-                };
-            },
-            // The first with a scan is read, whichever that is.
-            (several, None) => several.iter().all(|name| Some(name) == several.first()).then_some(0)?,
-        };
-        AnyModel::by_name(names.get(place)?)
+        let mut names = recording.about().model.as_deref()?.split(',').map(str::trim);
+        let first = names.next()?;
+        names.all(|name| name == first).then(|| AnyModel::by_name(first))?
     }
 }
 
@@ -62,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_names_every_model_for_the_stream_that_it_is_of() {
+    fn a_recording_names_every_model_and_of_two_neither() {
         let folder = tempfile::tempdir().unwrap();
         let all: Vec<&str> = AnyModel::all().map(AnyModel::name).collect();
         for pair in all.windows(2) {
@@ -70,9 +57,9 @@ mod tests {
             let one = file(folder.path(), &[first], &["scanner"]);
             assert_eq!(recorded_model(&one), Some(*first));
             let two = file(folder.path(), pair, &["left", "right"]);
-            assert_eq!(recorded_model(&format!("{two}#left")), Some(*first));
-            assert_eq!(recorded_model(&format!("{two}#right")), Some(*second));
-            assert_eq!(recorded_model(&two), None, "which of the two is not said");
+            assert_eq!(recorded_model(&format!("{two}#right")), None, "which of the two is not said");
+            let same = file(folder.path(), &[second, second], &["left", "right"]);
+            assert_eq!(recorded_model(&format!("{same}#right")), Some(*second));
         }
         assert_eq!(recorded_model(&file(folder.path(), &["no-such-model"], &["scanner"])), None);
         assert_eq!(recorded_model("tcp://127.0.0.1:2112"), None);

@@ -73,7 +73,7 @@ def test_verdicts_are_the_command_line_s(scenario, command_line):
     path = scenario(', "3"')
     (tried,) = rowscan.check(path)
     # It has crashed: what it left open is not judged, and its exit code has failed.
-    assert tried["verdict"] == "error"
+    assert tried["verdict"] == "failed"
     done = command_line.run("check", path)
     assert done.returncode == 2
     verdicts = [line.split()[:2] for line in done.stdout.splitlines() if line.startswith(("  passed", "  FAILED"))]

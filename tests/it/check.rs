@@ -33,7 +33,7 @@ fn a_steady_run_passes_and_a_controller_that_quits_fails() {
     assert_says(&ended.stderr, &["10 passed, 0 failed, 0 not judged, 0 skipped"]);
 
     let ended = check("quits.toml", &[]);
-    assert_eq!(ended.code, Some(2), "what it left open is not judged: {}", ended.stdout);
+    assert_eq!(ended.code, Some(1), "it failed, and what it left open is not judged: {}", ended.stdout);
     assert_says(
         &ended.stdout,
         &[
@@ -105,7 +105,7 @@ fn in_lockstep_the_same_seed_gives_the_same_junit_but_for_times() {
         let junit = |name: &str| {
             let file = folder.path().join(name);
             let ended = check("quits.toml", &["--seed", seed, "--junit", text(&file)]);
-            assert_eq!(ended.code, Some(2), "{}", ended.stdout);
+            assert_eq!(ended.code, Some(1), "{}", ended.stdout);
             timeless(&std::fs::read_to_string(file).expect("written"))
         };
         let (first, second) = (junit("first.xml"), junit("second.xml"));
@@ -140,7 +140,7 @@ fn side_by_side_gives_the_same_verdicts_in_the_same_order() {
     let paths: Vec<&str> = paths.iter().map(|path| text(path)).collect();
     let tried = |flags: &[&str]| run(&[&["check", "--format", "jsonl"], &paths[..], flags].concat());
     let (one, side_by_side) = (tried(&[]), tried(&["-j", "3"]));
-    assert_eq!((one.code, side_by_side.code), (Some(2), Some(2)), "{}", side_by_side.stderr);
+    assert_eq!((one.code, side_by_side.code), (Some(1), Some(1)), "{}", side_by_side.stderr);
     let expected = verdicts(&one.stdout);
     assert_eq!(expected.len(), 6 + 3 + 1 + 4 + 1);
     assert_eq!(verdicts(&side_by_side.stdout), expected);
@@ -225,7 +225,7 @@ fn the_manuals_five_minutes_are_as_it_says() {
     write("row.toml", example);
     write("quits.toml", &quits);
     for (name, code, says) in
-        [("row.toml", 0, "passed  2. exit_code"), ("quits.toml", 2, "FAILED  2. exit_code")]
+        [("row.toml", 0, "passed  2. exit_code"), ("quits.toml", 1, "FAILED  2. exit_code")]
     {
         // By its bare name, as somebody in the folder says it.
         let ended = Command::new(env!("CARGO_BIN_EXE_rowscan"))

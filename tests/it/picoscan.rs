@@ -105,7 +105,7 @@ fn segments_go_out_in_order_and_decode_reads_the_recording() {
     let [report] = &rowscan_recording::account(&mut recording).expect("it reads")[..] else {
         panic!("one stream")
     };
-    assert!(turns >= 3, "{turns} turns");
+    assert!(turns >= 2, "{turns} turns of 25 segments");
     assert_eq!(turns as u64, report.scans);
 }
 

@@ -157,12 +157,12 @@ fn a_stream_is_refused_a_place_that_cannot_carry_it() {
             &["--nmea", "can0=tcp:127.0.0.1:0"],
             &["stream `can0` is can", "--nmea cannot carry", "expected --can"],
         ),
-        (&["--nmea", "tcp:127.0.0.1:0"], &["nothing to play", "can0 (can)"]),
+        (&["--nmea", "tcp:127.0.0.1:0"], &["stream `can0` is can", "--nmea cannot carry", "expected --can"]),
         (
             &["--tcp", "can0=127.0.0.1:0", "--can", "can0=udp:239.74.163.22:43922"],
             &["`can0` cannot go out on --tcp and --can at once"],
         ),
-        (&[], &["nothing to play", "can0 (can)"]),
+        (&[], &["stream `can0` is can", "expected --can"]),
     ] {
         assert_says(&refused(&[&["replay", &log], places].concat()), parts);
     }

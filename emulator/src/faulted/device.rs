@@ -18,7 +18,7 @@ use rowscan_protocol::model::Model;
 use rowscan_protocol::time::SimTime;
 use tokio::sync::Notify;
 
-use super::fits::{FaultyScanner, fits};
+use super::fits::{FaultyScanner, fits, lms2xx_rate};
 use super::orders::Orders;
 
 /// Microseconds a second.
@@ -232,10 +232,6 @@ impl Part for DeviceFaults {
         }
         self.take(key);
     }
-}
-
-pub(super) fn lms2xx_rate(bits_s: u32) -> Option<lms2xx::Rate> {
-    lms2xx::Rate::ALL.into_iter().find(|rate| rate.bits_per_second() == bits_s)
 }
 
 fn rate(stored: Stored) -> Option<lms2xx::Rate> {

@@ -3,9 +3,8 @@
 use rowscan_fault_table::PartFault;
 use rowscan_fault_table::device::{Broken, DeviceFault, Dirt, Piece, Stored};
 use rowscan_faults::Fit;
+use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{Model, SEGMENTED};
-
-use super::device::lms2xx_rate;
 
 /// The scanner that faults act on.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +19,11 @@ impl FaultyScanner {
     pub(super) fn sends_datagrams(self) -> bool {
         matches!(self, Self::Cola(Model { compact: Some(_), .. }))
     }
+}
+
+/// The rate of an LMS2xx with so many bits a second, where it has one.
+pub(super) fn lms2xx_rate(bits_s: u32) -> Option<lms2xx::Rate> {
+    lms2xx::Rate::ALL.into_iter().find(|rate| rate.bits_per_second() == bits_s)
 }
 
 /// Whether the scanner takes such a fault.
