@@ -76,10 +76,10 @@ fn counted(model: &Model, telegrams: &[(Duration, Vec<u8>)]) -> (Counting, u64, 
         session.handle_bytes(*at, bytes);
         session.handle_gap();
         while let Some(event) = session.poll_event() {
-            if event == HostEvent::Scan {
-                if let Turn::Line { travel_s, .. } = counting.observe(session.scan()) {
-                    last_s = travel_s;
-                }
+            if event == HostEvent::Scan
+                && let Turn::Line { travel_s, .. } = counting.observe(session.scan())
+            {
+                last_s = travel_s;
             }
         }
     }
