@@ -108,27 +108,40 @@ impl DatagramSource {
 
     async fn leave(&mut self, stream: Stream, to: SocketAddrV4, bytes: &[u8]) {
         let was_heard = self.sockets.get(&to).is_some_and(|socket| socket.is_heard);
-        // What is heard is told before its reader can act on it; what goes where nobody has listened so far, only if somebody does.
+        // What is heard is told and counted before its reader can act on it, the end of the run above all; what goes where nobody has listened so far,
+        // only if somebody does.
         if was_heard {
-            self.tap.record(Side::Device, bytes);
+            self.tell(bytes);
         }
         let sent = self.send(to, bytes).await;
+        if let Ok(true) = sent
+            && !was_heard
+        {
+            self.tell(bytes);
+        }
         let datagrams = &self.shared.datagrams;
+        if was_heard && !matches!(sent, Ok(true)) {
+            datagrams.take_back();
+        }
         match sent {
             Ok(is_heard) => {
-                if is_heard && !was_heard {
-                    self.tap.record(Side::Device, bytes);
-                }
                 if stream == Stream::Scan {
                     datagrams.note_heard(is_heard);
                 }
-                if is_heard { datagrams.count_sent() } else { datagrams.count_unheard() }
+                if !is_heard {
+                    datagrams.count_unheard();
+                }
             }
             Err(cause) => {
                 tracing::debug!(%cause, "a datagram to {to} is lost");
                 datagrams.count_failed();
             }
         }
+    }
+
+    fn tell(&self, bytes: &[u8]) {
+        self.tap.record(Side::Device, bytes);
+        self.shared.datagrams.count_sent();
     }
 
     /// False if nobody listened there, as far as the system has told by now: it does where `to` is on this machine.

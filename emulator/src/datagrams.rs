@@ -122,6 +122,11 @@ impl Datagrams {
         self.sent.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// One that was counted as sent was not.
+    pub(crate) fn take_back(&self) {
+        self.sent.fetch_sub(1, Ordering::Relaxed);
+    }
+
     pub(crate) fn count_unheard(&self) {
         self.unheard.fetch_add(1, Ordering::Relaxed);
     }

@@ -87,7 +87,8 @@ fn goes_where_it_may(path: &impl Fn(&str) -> String, file: &str, scene: &str) {
     taker.set_read_timeout(Some(PATIENCE)).expect("set");
     let to = taker.local_addr().expect("bound").to_string();
     let again = path("again.mcap");
-    let telling = Telling::start("replay", &[file, "--udp", &to, "--time-scale", "20", "--record", &again]);
+    // Slow enough that what waits for this test fits its socket: about 90 datagrams, which is 100 ms of the recording.
+    let telling = Telling::start("replay", &[file, "--udp", &to, "--time-scale", "2", "--record", &again]);
     let mut bytes = vec![0; 65_536];
     for (number, (_, sent)) in recorded.iter().enumerate() {
         let read = taker.recv(&mut bytes).expect("a datagram");
