@@ -3,17 +3,12 @@
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use rowscan_protocol::compact::OtherSender;
 use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::Scan;
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
-
-/// Telegrams of other scanners, all together.
-pub(crate) fn foreign(others: &[OtherSender]) -> u64 {
-    others.iter().map(|other| other.telegrams).sum()
-}
 
 /// A source of scans that is polled. All state is in it, so that whoever polls may stop at any time and go on later.
 pub(crate) trait Feed: Send {
@@ -51,6 +46,11 @@ pub(crate) trait Feed: Send {
 
     /// Frames refused by checksum or length.
     fn frames_bad(&self) -> u64;
+
+    /// The model that a recording names, as far as it was read.
+    fn recorded_model(&self) -> Option<AnyModel> {
+        None
+    }
 
     /// Where a recording that was read to its end breaks off, in words.
     fn broken_off(&self) -> Option<String> {

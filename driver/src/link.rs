@@ -7,7 +7,7 @@ use std::io;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
-use rowscan_protocol::host::{HostEvent, HostSession};
+use rowscan_protocol::host::{HostEvent, HostSession, OtherSender};
 use rowscan_protocol::scan::Scan;
 
 use crate::clock::{HostTime, Stopwatch, Timer};
@@ -15,7 +15,7 @@ use crate::config::DriverConfig;
 use crate::connection::{Connection, ConnectionEvent};
 use crate::endpoint::{Endpoint, Opening};
 use crate::error::DriverError;
-use crate::feed::{Feed, foreign};
+use crate::feed::Feed;
 use crate::link_event::{LinkEvent, LinkEvents};
 
 /// One scanner's link.
@@ -278,7 +278,9 @@ impl<E: Endpoint> Feed for Link<E> {
 
     fn telegrams_foreign(&self) -> u64 {
         let now = match &self.phase {
-            Phase::Streaming { connection, .. } => foreign(connection.session().other_senders()),
+            Phase::Streaming { connection, .. } => {
+                OtherSender::telegrams_of(connection.session().other_senders())
+            }
             _ => 0,
         };
         self.foreign_before + now

@@ -1,7 +1,7 @@
 //! The model that a recording says its scans are of.
 
 use rowscan_protocol::model::AnyModel;
-use rowscan_recording::Recording;
+use rowscan_recording::{About, Recording};
 
 use crate::Source;
 
@@ -10,13 +10,24 @@ impl Source {
     /// files that name none, and of what is no file to be opened twice. Whatever is wrong with a file is told by
     /// [`Scanner::open`](crate::Scanner::open).
     pub fn recorded_model(&self) -> Option<AnyModel> {
+        model_of(self.peek()?.about())
+    }
+
+    /// A recording with its first packet read, to see what it says of itself; `None` of live scanners and of what cannot be read.
+    pub fn peek(&self) -> Option<Recording> {
         let Self::Recording { path, .. } = self else { return None };
+        // What is no file, as a pipe, is read only once.
         let mut recording = path.is_file().then(|| Recording::open(path).ok()).flatten()?;
         recording.next_packet().ok()?;
-        let mut names = recording.about().model.as_deref()?.split(',').map(str::trim);
-        let first = names.next()?;
-        names.all(|name| name == first).then(|| AnyModel::by_name(first))?
+        Some(recording)
     }
+}
+
+/// The one model that a recording names.
+pub(crate) fn model_of(about: &About) -> Option<AnyModel> {
+    let mut names = about.model.as_deref()?.split(',').map(str::trim);
+    let first = names.next()?;
+    names.all(|name| name == first).then(|| AnyModel::by_name(first))?
 }
 
 #[cfg(test)]
@@ -26,7 +37,7 @@ mod tests {
     use std::io::Cursor;
     use std::path::Path;
 
-    use rowscan_recording::{About, Decoded, McapWriter, Side, StreamKind};
+    use rowscan_recording::{Decoded, McapWriter, Side, StreamKind};
 
     use super::*;
 

@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::host::{HostEvent, OtherSender};
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::Scan;
 use rowscan_recording::{Packet, ScanReader, Side, StreamInfo, Tap};
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
-use crate::feed::{Feed, foreign};
+use crate::feed::Feed;
+use crate::recorded_model::model_of;
 
 /// A recording being read: one stream of it.
 #[derive(Debug)]
@@ -211,11 +213,15 @@ impl Feed for Recording {
     }
 
     fn telegrams_foreign(&self) -> u64 {
-        self.client().map_or(0, |client| foreign(client.other_senders()))
+        self.client().map_or(0, |client| OtherSender::telegrams_of(client.other_senders()))
     }
 
     fn frames_bad(&self) -> u64 {
         self.client().map_or(0, |client| client.counts().bad)
+    }
+
+    fn recorded_model(&self) -> Option<AnyModel> {
+        model_of(self.recording.about())
     }
 
     fn broken_off(&self) -> Option<String> {

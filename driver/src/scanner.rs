@@ -94,8 +94,6 @@ pub struct Scanner {
     events: LinkEvents,
     faults: FaultCounts,
     readings: ReadingCounts,
-    /// The model that a recording names.
-    recorded_model: Option<AnyModel>,
 }
 
 impl Scanner {
@@ -133,12 +131,7 @@ impl Scanner {
                 });
             }
         };
-        #[cfg(feature = "recordings")]
-        let recorded_model = source.recorded_model();
-        #[cfg(not(feature = "recordings"))]
-        let recorded_model = None;
-        let (faults, readings) = Default::default();
-        Ok(Self { feed, events, faults, readings, recorded_model })
+        Ok(Self { feed, events, faults: FaultCounts::default(), readings: ReadingCounts::default() })
     }
 
     /// The models that the scanner can be by what it, or its recording, says; several where it names a family, none where it names nothing that is
@@ -147,7 +140,7 @@ impl Scanner {
         let device = self.events.device();
         let told =
             device.map_or_else(Vec::new, |device| AnyModel::of_device(&device.ident, &device.firmware));
-        self.recorded_model.into_iter().chain(told).collect()
+        self.feed.recorded_model().into_iter().chain(told).collect()
     }
 
     /// The next scan; `None` at the end of a recording. Telegrams that give no scan, and readings, are counted and passed over.
@@ -260,8 +253,7 @@ impl Scanner {
     ) -> Result<Self, DriverError> {
         let events = LinkEvents::default();
         let feed = live(endpoint, config, &events).await?;
-        let (faults, readings) = Default::default();
-        Ok(Self { feed, events, faults, readings, recorded_model: None })
+        Ok(Self { feed, events, faults: FaultCounts::default(), readings: ReadingCounts::default() })
     }
 }
 

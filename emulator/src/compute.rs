@@ -73,7 +73,7 @@ impl Compute {
 impl Measured {
     #[cfg(target_os = "linux")]
     fn used(&self) -> Duration {
-        self.processes.iter().map(|process| crate::lockstep::processor_time(*process)).sum()
+        self.processes.iter().map(|process| crate::processes::processor_time(*process)).sum()
     }
 
     #[cfg(not(target_os = "linux"))]

@@ -76,6 +76,8 @@ pub mod offline_lms2xx;
 mod outlet;
 mod playback_queue;
 mod player;
+#[cfg(target_os = "linux")]
+mod processes;
 mod refused_settings;
 pub mod replay;
 mod rig;

@@ -121,10 +121,20 @@ impl Counting {
     /// Counts one valid telegram.
     pub fn observe(&mut self, scan: &Scan) -> Turn {
         self.scans += 1;
+        let before_us = self.last.map(|last| last.time_us);
+        let turn = self.turn(scan);
+        let follows = matches!(turn, Turn::Line { link: Link::Steps(1..), .. });
+        let passed_us = before_us.map(|before_us| scan.scan_time_us.wrapping_sub(before_us));
+        let timed_us = passed_us.filter(|passed_us| follows && *passed_us > 0);
+        self.uptime.take(scan.received, timed_us.map(|timed_us| f64::from(timed_us) * 1e-6));
+        turn
+    }
+
+    /// What a telegram is, beside those before it.
+    fn turn(&mut self, scan: &Scan) -> Turn {
         let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
         let Some(last) = self.last else {
             self.clock.seconds(time_us);
-            self.uptime.take(scan.received, None);
             return self.line(scan, 0.0, Link::First);
         };
         if scan.begins_anew {
@@ -136,7 +146,6 @@ impl Counting {
         let frequency_hz = self.nominal_hz(scan);
         let nominal_s = nominal_period_s(frequency_hz);
         if let Some(turn) = self.behind(scan, last, nominal_s) {
-            self.uptime.take(scan.received, None);
             return turn;
         }
         if steps == 0 || steps > u16::MAX / 2 || clock_us < 0 {
@@ -144,7 +153,6 @@ impl Counting {
         }
         if clock_us == 0 && scan.scan_counter == last.turn && scan.layer_centideg != last.layer_centideg {
             self.of_turn += u32::from(steps);
-            self.uptime.take(scan.received, None);
             return self.line(scan, last.travel_s, Link::Steps(0));
         }
         if clock_us == 0 {
@@ -152,7 +160,6 @@ impl Counting {
             self.timeless += u64::from(!is_frequency(frequency_hz));
             let travel_s = last.travel_s + f64::from(steps) * nominal_s;
             self.rebase(time_us, travel_s);
-            self.uptime.take(scan.received, None);
             return self.line(scan, travel_s, Link::Steps(u32::from(steps)));
         }
         let passed_s = f64::from(clock_us) * 1e-6;
@@ -164,7 +171,6 @@ impl Counting {
         }
         let travel_s = self.clock_base_s + self.clock.seconds(time_us);
         if follows {
-            self.uptime.take(scan.received, Some(passed_s));
             if steps == 1 {
                 self.lines = each;
             }
@@ -176,7 +182,6 @@ impl Counting {
             return self.line(scan, travel_s, Link::Steps(turns));
         }
         if passed_s <= MAX_PAUSE_S && steps == 1 {
-            self.uptime.take(scan.received, None);
             return self.line(scan, travel_s, Link::Broken);
         }
         self.restart(scan, last)
@@ -259,7 +264,6 @@ impl Counting {
         self.of_turn = 0;
         self.window = None;
         self.lost_before = self.lost;
-        self.uptime.take(scan.received, None);
         self.rebase(scan.scan_time_us, travel_s);
         self.line(scan, travel_s, Link::Broken)
     }

@@ -14,7 +14,6 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 
-use crate::compact::OtherSender;
 use crate::frame::{Dialect, FrameCounts};
 use crate::lms2xx::Rate;
 use crate::reading::Reading;
@@ -171,6 +170,23 @@ impl fmt::Display for Refusal {
             Self::Rest { status: Some(status), http } => write!(f, "status {status}, HTTP {http}"),
             Self::Rest { status: None, http } => write!(f, "HTTP {http}"),
         }
+    }
+}
+
+/// A scanner whose telegrams come in the same stream as those of the one that is listened to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct OtherSender {
+    /// Its serial number; none where it is one of more than can be told apart.
+    pub serial_number: Option<u32>,
+    /// Telegrams of it that were left out.
+    pub telegrams: u64,
+}
+
+impl OtherSender {
+    /// Telegrams of all these.
+    pub fn telegrams_of(all: &[Self]) -> u64 {
+        all.iter().map(|other| other.telegrams).sum()
     }
 }
 

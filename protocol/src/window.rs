@@ -3,6 +3,7 @@
 /// Counters below the newest one that are remembered.
 pub(crate) const REMEMBERED: u64 = 64;
 /// A counter so far ahead is another stream's.
+#[cfg(feature = "telegrams")]
 const FAR: u64 = 1 << 20;
 
 /// What has come of a stream that is counted.
@@ -16,6 +17,7 @@ pub(crate) struct Window {
 }
 
 /// A counter that is none of this stream.
+#[cfg(feature = "telegrams")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct FarOff;
 
@@ -35,6 +37,7 @@ impl Window {
     }
 
     /// How far a counter is ahead of the newest; 0 if it is not.
+    #[cfg(feature = "telegrams")]
     pub(crate) fn ahead(&self, counter: u64) -> Result<u64, FarOff> {
         match counter.checked_sub(self.newest) {
             Some(ahead) if ahead <= FAR => Ok(ahead),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rowscan_protocol::counting::{Counting, Link, Turn};
-use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::host::{HostEvent, OtherSender};
 use rowscan_protocol::reading::ReadingCounts;
 use rowscan_protocol::scan::Scan;
 use serde::Serialize;
@@ -50,7 +50,7 @@ pub struct StreamReport {
     /// Parts of scans that did not come, where scans come in parts (Compact); absent elsewhere.
     pub segments_lost: Option<u64>,
     /// Other scanners whose telegrams are in the stream, and their number; none of them is among the counts of scans.
-    pub other_scanners: Vec<OtherScanner>,
+    pub other_scanners: Vec<OtherSender>,
     /// Times the device began to count anew.
     pub restarts: u64,
     /// Times no scan came for more than a second.
@@ -73,15 +73,6 @@ pub struct StreamReport {
     /// How much faster the device's clock runs than the host's, parts per million: the slope of a straight line through all scans since the device began
     /// to count, by least squares. Absent where two standard errors of it exceed [`MAX_DRIFT_ERROR_PPM`], and where the device tells no time.
     pub clock_drift_ppm: Option<f64>,
-}
-
-/// A scanner that sends to the same place as the one that is listened to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct OtherScanner {
-    /// Its serial number; absent for one of more than can be told apart.
-    pub serial_number: Option<u32>,
-    /// Telegrams with scans of it.
-    pub telegrams: u64,
 }
 
 /// Accounts for every stream of a recording, which is read to its end.
@@ -210,10 +201,8 @@ impl StreamAccount {
         self.read(self.last_ns, ScanReader::finish);
         let seconds = |from: Option<u64>, to: Option<u64>| Some(to?.saturating_sub(from?) as f64 * 1e-9);
         let Counting { scans, repeated, late, lost, restarts, untimed, .. } = self.counting;
-        let others = self.reader.as_ref().map_or(&[][..], ScanReader::other_senders).iter();
-        let other_scanners = others
-            .map(|other| OtherScanner { serial_number: other.serial_number, telegrams: other.telegrams })
-            .collect();
+        let other_scanners =
+            self.reader.as_ref().map_or_else(Vec::new, |reader| reader.other_senders().to_vec());
         let rate = |intervals: u64, span_s: f64| (span_s > 0.0).then(|| intervals as f64 / span_s);
         let is_timed = untimed == 0;
         let by_device = is_timed.then(|| rate(self.intervals.count, self.intervals.total_s)).flatten();

@@ -75,7 +75,7 @@ pub use error::RecordError;
 #[cfg(feature = "files")]
 pub use frames::{FrameReader, RecordedFrame};
 #[cfg(feature = "files")]
-pub use info::{MAX_DRIFT_ERROR_PPM, OtherScanner, StreamReport, account};
+pub use info::{MAX_DRIFT_ERROR_PPM, StreamReport, account};
 pub use packet::{Joint, Packet, Side, StreamKind};
 #[cfg(feature = "files")]
 pub use read::{BrokenArchive, Format, ReadError, Recording, Soundness, StreamInfo, Torn};

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use rowscan_protocol::client::ColaClient;
-use rowscan_protocol::compact::{CompactListener, OtherSender};
+use rowscan_protocol::compact::CompactListener;
 use rowscan_protocol::frame::FrameCounts;
-use rowscan_protocol::host::{HostEvent, HostSession};
+use rowscan_protocol::host::{HostEvent, HostSession, OtherSender};
 use rowscan_protocol::lms2xx::client::Lms2xxClient;
 use rowscan_protocol::scan::Scan;
 

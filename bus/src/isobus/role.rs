@@ -13,10 +13,10 @@ use crate::frame::CanFrame;
 
 /// What sections were told, in the order of time, and what was set and commanded nothing. Clones share it.
 #[derive(Clone, Debug, Default)]
-pub struct SectionLog(Arc<Mutex<Told>>);
+pub struct SectionLog(Arc<Mutex<Setpoints>>);
 
 #[derive(Debug, Default)]
-struct Told {
+struct Setpoints {
     orders: Vec<SectionOrder>,
     /// Setpoints with reserved states, by DDI: the first one, and how many there were.
     reserved: BTreeMap<u16, (SimTime, u64)>,
@@ -36,14 +36,14 @@ impl SectionLog {
     /// After anything that `client` did.
     fn extend(&self, client: &mut TaskClient) {
         let (orders, reserved) = (client.take_orders(), client.take_reserved());
-        let mut told = self.lock();
-        told.orders.extend(orders);
+        let mut setpoints = self.lock();
+        setpoints.orders.extend(orders);
         for Reserved { at, ddi } in reserved {
-            told.reserved.entry(ddi).or_insert((at, 0)).1 += 1;
+            setpoints.reserved.entry(ddi).or_insert((at, 0)).1 += 1;
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Told> {
+    fn lock(&self) -> MutexGuard<'_, Setpoints> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -14,10 +14,10 @@ use rowscan_sprayer::live::{Reader, States};
 use super::machine::Machine;
 
 const MESSAGES: &[&Message] = &[&SECTION_STATES, &SPRAYER_STATE, &FLOW_METER];
-/// The last section that states are told of.
-const SECTIONS_TOLD: u16 = 16;
 /// Of booms with a section 9 or above.
 const MORE: &[&Message] = &[&SECTION_STATES, &MORE_SECTION_STATES, &SPRAYER_STATE, &FLOW_METER];
+/// The last section that these tell the state of.
+const LAST_SECTION: u16 = 16;
 
 /// The sensors of a boom.
 #[derive(Debug)]
@@ -58,12 +58,11 @@ pub(crate) fn untold(boom: &Boom) -> Vec<String> {
             )
         })
     });
-    let last = SECTIONS_TOLD;
     let sections: Vec<String> =
-        boom.numbers().filter(|number| *number > last).map(|number| number.to_string()).collect();
+        boom.numbers().filter(|number| *number > LAST_SECTION).map(|number| number.to_string()).collect();
     let sections = (!sections.is_empty()).then(|| {
         format!(
-            "boom: `SectionStates` and `MoreSectionStates` tell sections 1 to {last}, and nothing of {}",
+            "boom: `SectionStates` and `MoreSectionStates` tell sections 1 to {LAST_SECTION}, and nothing of {}",
             sections.join(", ")
         )
     });

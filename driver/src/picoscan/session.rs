@@ -5,9 +5,9 @@ use std::net::SocketAddrV4;
 use std::time::Duration;
 
 use rowscan_protocol::challenge::{REALM, response};
-use rowscan_protocol::compact::{CompactListener, OtherSender};
+use rowscan_protocol::compact::CompactListener;
 use rowscan_protocol::frame::FrameCounts;
-use rowscan_protocol::host::{DeviceInfo, HostEvent, HostSession, Language, Refusal, Transmit};
+use rowscan_protocol::host::{DeviceInfo, HostEvent, HostSession, Language, OtherSender, Refusal, Transmit};
 use rowscan_protocol::scan::Scan;
 use serde_json::{Value, json};
 
@@ -110,7 +110,7 @@ impl PicoSession {
 
     /// Scans come once all is set and a telegram was there.
     fn begin(&mut self) {
-        let foreign: u64 = self.listener.other_senders().iter().map(|other| other.telegrams).sum();
+        let foreign = OtherSender::telegrams_of(self.listener.other_senders());
         if matches!(self.state, State::Set { .. }) && self.listener.counts().frames > foreign {
             self.state = State::Streams;
             self.events.push_back(HostEvent::Ready(self.info.clone()));

@@ -7,13 +7,11 @@
 
 mod bystanders;
 mod children;
+#[cfg(target_os = "linux")]
+mod hung_up;
 mod level;
 mod looked;
 mod outputs;
-#[cfg(target_os = "linux")]
-mod parting;
-#[cfg(target_os = "linux")]
-mod processes;
 #[cfg(target_os = "linux")]
 mod receivers;
 mod reply;
@@ -43,8 +41,6 @@ pub(crate) use bystanders::Bystanders;
 use looked::Looked;
 pub(crate) use outputs::OutputCount;
 use outputs::Outputs;
-#[cfg(target_os = "linux")]
-pub(crate) use processes::processor_time;
 use reply::{Replies, ReplyQuery};
 use watch::Watch;
 

@@ -16,7 +16,7 @@ use netlink_sys::Socket;
 use netlink_sys::protocols::NETLINK_SOCK_DIAG;
 
 use super::bystanders::Bystanders;
-use super::processes;
+use crate::processes;
 
 /// Sockets that are looked at. One of UDP that listens is closed, by the kernel's words; of TCP the kernel keeps no closed ones.
 pub(super) const TALKING: StateFlags =

@@ -6,11 +6,11 @@ use std::net::{SocketAddr, SocketAddrV4};
 
 use super::bystanders::Bystanders;
 use super::children::ChildClock;
+use super::hung_up::HungUp;
 use super::level::KernelLevel;
 use super::looked::Looked;
-use super::parting::Parting;
-use super::processes::{self, Doing};
 use super::sockets::{Connection, FarEnd, Sockets};
+use crate::processes::{self, Doing};
 
 /// Looks in a row that must find a participant idle, some time apart: between reading and working a program may wait for a moment.
 const CALM: u8 = 3;
@@ -25,7 +25,7 @@ pub(super) struct Watch {
     /// Programs behind the peers at this look, each once, with a peer for messages.
     behind: Vec<(u32, SocketAddr)>,
     /// Programs that have hung up.
-    parting: Parting,
+    hung_up: HungUp,
     /// Looks in a row that found everyone idle.
     calm: u8,
 }
@@ -33,8 +33,8 @@ pub(super) struct Watch {
 impl Watch {
     pub(super) fn open(level: KernelLevel, bystanders: Bystanders) -> io::Result<Self> {
         let sockets = Sockets::open(bystanders)?;
-        let (owners, behind, parting) = (HashMap::new(), Vec::new(), Parting::default());
-        Ok(Self { level, sockets, owners, behind, parting, calm: 0 })
+        let (owners, behind, hung_up) = (HashMap::new(), Vec::new(), HungUp::default());
+        Ok(Self { level, sockets, owners, behind, hung_up, calm: 0 })
     }
 
     /// Whether somebody on this machine listens for datagrams to `to`, as far as the kernel tells.
@@ -50,8 +50,8 @@ impl Watch {
         };
         let missing = missing.or_else(|| self.unheard_connections(children));
         let missing = missing.or_else(|| self.at_work(children));
-        // Only of those who are idle all are known who are there.
-        if let Some(who) = missing.or_else(|| self.parted()) {
+        // Who is behind the peers is known in full only once all of them are idle.
+        if let Some(who) = missing.or_else(|| self.about_to_end()) {
             self.calm = 0;
             return Looked::Missing(who);
         }
@@ -145,9 +145,9 @@ impl Watch {
     }
 
     /// A program that has hung up and is about to end.
-    fn parted(&mut self) -> Option<String> {
+    fn about_to_end(&mut self) -> Option<String> {
         let present = self.behind.iter().map(|(process, _)| *process);
-        (self.level == KernelLevel::Idle).then(|| self.parting.look(present))?
+        (self.level == KernelLevel::Idle).then(|| self.hung_up.look(present))?
     }
 
     /// A program behind a peer, or a child by the children's clock, that does not wait.

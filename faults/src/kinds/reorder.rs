@@ -18,7 +18,7 @@ pub(super) const FAULT: Fault = Fault {
     directions: &[Direction::ToClient],
     on_wires: true,
     about: "A telegram leaves behind the ones that follow it.",
-    reports: "scans_lost and scans_repeated",
+    reports: "scans_late in `record --info`, up to 63 behind; a restart beyond",
     recovery: "next good telegram",
     make: Make::Bytes(|given| Ok(Action::Telegram(Box::new(Reorder { by: given.count("by", 1)? })))),
 };

@@ -57,7 +57,6 @@ pub use length::{MAX_TELEGRAM, length};
 pub use listener::CompactListener;
 pub use scan::{DistanceScale, Module, ModuleSize, Modules, ScanTelegram};
 pub use segment::{Segment, SegmentLine};
-pub use senders::OtherSender;
 pub use shape::{Content, MAX_BEAMS, MAX_ECHOES, MAX_LINES, MAX_MODULES, Shape, Version};
 pub use stream::{Found, StreamDecoder, begins};
 pub use telegram::Telegram;

@@ -2,19 +2,12 @@
 
 use alloc::vec::Vec;
 
+use crate::host::OtherSender;
+
 /// Others that are told by their numbers; more are counted together.
 const MAX_OTHERS: usize = 16;
 /// So many telegrams of others, and none of the scanner that was asked for: it calls itself otherwise in its telegrams. More than a second of them.
 const PATIENCE: u64 = 200;
-
-/// A scanner that sends to the same place and is not listened to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OtherSender {
-    /// Its serial number; none where it is one of more than can be told apart.
-    pub serial_number: Option<u32>,
-    /// Telegrams of it that were left out.
-    pub telegrams: u64,
-}
 
 /// What is done with a telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +48,7 @@ impl Senders {
 
     /// Takes note of a telegram of scans.
     pub(super) fn take(&mut self, sender: u32) -> Sender {
-        let waited = self.others.iter().map(|other| other.telegrams).sum::<u64>() >= PATIENCE;
+        let waited = OtherSender::telegrams_of(&self.others) >= PATIENCE;
         if self.followed.is_none() && (self.asked.is_none_or(|asked| asked == sender) || waited) {
             self.followed = Some(sender);
             self.others.retain(|other| other.serial_number != Some(sender));
@@ -93,7 +86,7 @@ mod tests {
         let (own, first, again) =
             (Sender::Own, Sender::Other { first: true }, Sender::Other { first: false });
         assert_eq!(told, [own, first, own, again, first]);
-        assert_eq!(senders.others().iter().map(|other| other.telegrams).sum::<u64>(), 3);
+        assert_eq!(OtherSender::telegrams_of(senders.others()), 3);
         assert!(senders.is_other(9) && !senders.is_other(7) && !senders.is_other(0));
     }
 
@@ -116,6 +109,6 @@ mod tests {
             senders.take(sender);
         });
         assert_eq!(senders.others().len(), MAX_OTHERS);
-        assert_eq!(senders.others().iter().map(|other| other.telegrams).sum::<u64>(), 999);
+        assert_eq!(OtherSender::telegrams_of(senders.others()), 999);
     }
 }

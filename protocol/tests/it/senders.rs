@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use rowscan_protocol::compact::{CompactListener, OtherSender};
-use rowscan_protocol::host::{HostEvent, HostSession};
+use rowscan_protocol::compact::CompactListener;
+use rowscan_protocol::host::{HostEvent, HostSession, OtherSender};
 use rowscan_protocol::model::SEGMENTED;
 use rowscan_protocol::scan::Scan;
 

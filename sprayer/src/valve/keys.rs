@@ -74,21 +74,22 @@ mod tests {
     use crate::Boom;
     use crate::valve::{Phase, Valve};
 
-    /// Every key of a valve besides its kind, with a value that is not the default, as text and as number.
-    fn keys() -> Vec<(&'static str, &'static str, Box<dyn Fn(Valve) -> Valve>)> {
-        vec![
-            ("on_ms", "40", Box::new(|valve| Valve { on_ms: 40.0, ..valve })),
-            ("off_ms", "40", Box::new(|valve| Valve { off_ms: 40.0, ..valve })),
-            ("rise_ms", "30", Box::new(|valve| Valve { rise_ms: 30.0, ..valve })),
-            ("fall_ms", "30", Box::new(|valve| Valve { fall_ms: 30.0, ..valve })),
-            ("min_pulse_ms", "300", Box::new(|valve| Valve { min_pulse_ms: 300.0, ..valve })),
-            ("hz", "7", Box::new(|valve| Valve { hz: 7.0, ..valve })),
-            ("phase", "\"sync\"", Box::new(|valve| Valve { phase: Phase::Sync, ..valve })),
-            ("blended", "true", Box::new(|valve| Valve { blended: true, ..valve })),
-            ("tau_s", "0.2", Box::new(|valve| Valve { tau_s: 0.2, ..valve })),
-            ("least", "0.6", Box::new(|valve| Valve { least: 0.6, ..valve })),
-        ]
-    }
+    /// A key, a value as it is written, and what that changes.
+    type Key = (&'static str, &'static str, fn(Valve) -> Valve);
+
+    /// Every key of a valve besides its kind, with a value that is not the default.
+    const KEYS: [Key; 10] = [
+        ("on_ms", "40", |valve| Valve { on_ms: 40.0, ..valve }),
+        ("off_ms", "40", |valve| Valve { off_ms: 40.0, ..valve }),
+        ("rise_ms", "30", |valve| Valve { rise_ms: 30.0, ..valve }),
+        ("fall_ms", "30", |valve| Valve { fall_ms: 30.0, ..valve }),
+        ("min_pulse_ms", "300", |valve| Valve { min_pulse_ms: 300.0, ..valve }),
+        ("hz", "7", |valve| Valve { hz: 7.0, ..valve }),
+        ("phase", "\"sync\"", |valve| Valve { phase: Phase::Sync, ..valve }),
+        ("blended", "true", |valve| Valve { blended: true, ..valve }),
+        ("tau_s", "0.2", |valve| Valve { tau_s: 0.2, ..valve }),
+        ("least", "0.6", |valve| Valve { least: 0.6, ..valve }),
+    ];
 
     fn written(valve: &str) -> [String; 2] {
         let section = "[[section]]\nid = \"a\"\nside = \"left\"\nz_from_m = 1\nz_to_m = 2\n";
@@ -104,7 +105,7 @@ mod tests {
         let steps = [(0.1, 0.5), (0.31, 1.0), (0.5, 0.0), (1.0, 0.7), (1.2, 0.0)];
         for (name, kind) in NAMED {
             let plain = Valve { kind, ..Valve::default() };
-            for (key, value, changed) in keys() {
+            for (key, value, changed) in KEYS {
                 let flow = |valve: Valve| valve.flow(&steps, (1, 3), 1.0, 3.0);
                 let does_something = flow(changed(plain)) != flow(plain);
                 for text in written(&format!("kind = \"{name}\"\n{key} = {value}")) {

@@ -1,10 +1,8 @@
 //! The rig that an estimate is made by.
 
-use std::path::Path;
-
 use rowscan_driver::Source;
 use rowscan_protocol::rig::{EchoChoice, Rig};
-use rowscan_recording::{About, Recording, StreamKind};
+use rowscan_recording::{About, StreamKind};
 use rowscan_scenes::Scene;
 use rowscan_scenes::files;
 use rowscan_study::reading::fitted_rig;
@@ -29,7 +27,7 @@ pub(super) fn load(
         {
             let (told, of_rig) = (recorded.name(), &mount.model);
             say(format_args!(
-                "{source} names the model {told}, which is taken for the rig's {of_rig}; --model says otherwise"
+                "{source} names the model {told}, and is read as one; the rig has {of_rig} there; --model decides"
             ));
         }
         rig = fitted_rig(rig, &[*scanner], asked.or(recorded), echo);
@@ -39,24 +37,12 @@ pub(super) fn load(
 
 /// What the first scanner's bytes are in a recording.
 pub(super) fn recorded_kind(source: &Source) -> Option<StreamKind> {
-    let Source::Recording { path, .. } = source else { return None };
-    opened(path)?.streams().iter().map(|stream| stream.kind).find(|kind| kind.is_scanner())
-}
-
-/// A recording with its first packet read, to see what it says of itself. Whatever is wrong with it is told by whoever reads its scans.
-fn opened(path: &Path) -> Option<Recording> {
-    // What is no file, as a pipe, is read only once.
-    let mut recording = path.is_file().then(|| Recording::open(path).ok()).flatten()?;
-    recording.next_packet().ok()?;
-    Some(recording)
+    source.peek()?.streams().iter().map(|stream| stream.kind).find(|kind| kind.is_scanner())
 }
 
 /// The seed that the first recording among `sources` was made with, as far as it is of the scene called `name`.
 pub(super) fn recorded_seed(sources: &[Source], name: Option<&str>) -> Option<u64> {
-    let recording = sources.iter().find_map(|source| match source {
-        Source::Recording { path, .. } => opened(path),
-        _ => None,
-    })?;
+    let recording = sources.iter().find_map(Source::peek)?;
     let About { scene, seed, .. } = recording.about();
     seed.filter(|_| scene.is_none() || scene.as_deref() == name)
 }

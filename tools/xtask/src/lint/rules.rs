@@ -75,7 +75,7 @@ pub const ALL: &[Rule] = &[
         except: &[
             // What the system tells of processes and devices, in its own folders.
             "bus/src/link/socketcan.rs",
-            "emulator/src/lockstep/processes.rs",
+            "emulator/src/processes.rs",
             // The folder that a run makes for itself.
             "check/src/output.rs",
             // A study's journal is added to; a repaired recording's original gets a second name.

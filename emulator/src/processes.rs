@@ -63,7 +63,7 @@ const WAITS: &[(u64, &str)] = &[];
 
 /// What a program does at the moment.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Doing {
+pub(crate) enum Doing {
     /// Every thread waits for input, time or another thread.
     Waits,
     /// A thread does something else.
@@ -73,7 +73,7 @@ pub(super) enum Doing {
 }
 
 /// The sockets that a process (`self`, or a number) has open.
-pub(super) fn sockets(process: &str) -> io::Result<HashSet<u32>> {
+pub(crate) fn sockets(process: &str) -> io::Result<HashSet<u32>> {
     let mut found = HashSet::new();
     for descriptor in fs::read_dir(format!("/proc/{process}/fd"))? {
         // A descriptor may be closed meanwhile.
@@ -86,7 +86,7 @@ pub(super) fn sockets(process: &str) -> io::Result<HashSet<u32>> {
 }
 
 /// The processes that have this socket open.
-pub(super) fn owners(inode: u32) -> Vec<u32> {
+pub(crate) fn owners(inode: u32) -> Vec<u32> {
     let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
     let numbers = processes.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
     numbers.filter(|process| sockets(&process.to_string()).is_ok_and(|open| open.contains(&inode))).collect()
@@ -112,7 +112,7 @@ pub(crate) fn processor_time(process: u32) -> Duration {
 }
 
 /// True if no thread of a process runs, or is about to: whatever they wait for, time among it.
-pub(super) fn is_asleep(process: u32) -> bool {
+pub(crate) fn is_asleep(process: u32) -> bool {
     let threads = fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();
     let states = threads.filter_map(|thread| {
         let mut stat = [0; LINE];
@@ -124,12 +124,12 @@ pub(super) fn is_asleep(process: u32) -> bool {
 }
 
 /// What a process does.
-pub(super) fn doing(process: u32) -> Doing {
+pub(crate) fn doing(process: u32) -> Doing {
     doing_beside(process, None)
 }
 
 /// Whether a child of this program has ended, and the program has not taken its exit code.
-pub(super) fn is_unnoticed(process: u32) -> bool {
+pub(crate) fn is_unnoticed(process: u32) -> bool {
     let mut room = [0; LINE];
     let Ok(stat) = line(format!("/proc/{process}/stat").into(), &mut room) else { return false };
     let mut after = stat.rsplit_once(") ").map_or("", |(_, rest)| rest).split(' ');
@@ -138,7 +138,7 @@ pub(super) fn is_unnoticed(process: u32) -> bool {
 }
 
 /// What the other threads of this program do: one may hold what a peer said and nobody has dealt with yet.
-pub(super) fn doing_here() -> Doing {
+pub(crate) fn doing_here() -> Doing {
     let this = fs::read_link("/proc/thread-self").ok();
     doing_beside(std::process::id(), this.as_deref().and_then(Path::file_name))
 }
@@ -180,7 +180,7 @@ fn doing_beside(process: u32, left_out: Option<&OsStr>) -> Doing {
 }
 
 /// The system calls its threads are in, for a message.
-pub(super) fn calls(process: u32) -> String {
+pub(crate) fn calls(process: u32) -> String {
     let threads = fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();
     let names = threads.map(|thread| {
         let call = fs::read_to_string(thread.path().join("syscall")).unwrap_or_default();
