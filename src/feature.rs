@@ -9,13 +9,15 @@ pub enum Feature {
     Foxglove,
     /// Completions for shells, and the manual.
     Manual,
+    /// Maps as GeoPackage and GeoTIFF.
+    Maps,
     /// Tables as LAS and Parquet.
     Tables,
 }
 
 impl Feature {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Figures, Self::Foxglove, Self::Manual, Self::Tables];
+    pub const ALL: [Self; 5] = [Self::Figures, Self::Foxglove, Self::Manual, Self::Maps, Self::Tables];
 
     /// Its name for cargo.
     pub fn name(self) -> &'static str {
@@ -23,6 +25,7 @@ impl Feature {
             Self::Figures => "figures",
             Self::Foxglove => "foxglove",
             Self::Manual => "manual",
+            Self::Maps => "maps",
             Self::Tables => "tables",
         }
     }
@@ -33,6 +36,7 @@ impl Feature {
             Self::Figures => cfg!(feature = "figures"),
             Self::Foxglove => cfg!(feature = "foxglove"),
             Self::Manual => cfg!(feature = "manual"),
+            Self::Maps => cfg!(feature = "maps"),
             Self::Tables => cfg!(feature = "tables"),
         }
     }

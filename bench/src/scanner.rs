@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_emulator::clock::TimeScale;
-use rowscan_emulator::stage::{Stage, StageError};
+use rowscan_emulator::stage::{Stage, StageError, contaminate};
 use rowscan_emulator::{
     Bound, CountReader, DeviceHandle, Emulator, EmulatorConfig, LineWatch, Rig, SeenScanner, SerialConfig,
     StateFile, ViewError, VirtualScanner, pause_slack,
@@ -279,7 +279,7 @@ fn cola_device(
         device.enable_streaming();
     }
     if let Some(level) = of.contamination {
-        device.set_contamination(level);
+        contaminate(&mut device, model, level)?;
     }
     device.set_comment(&of.comment);
     if let Some(Ident { name, version }) = &of.ident {

@@ -42,6 +42,7 @@ pub(crate) fn estimate(
     let mut estimate = Estimate {
         scans: counting.scans,
         scans_repeated: counting.repeated,
+        scans_late: counting.late,
         scans_lost: counting.lost,
         turns_left_out: counting.turns_left_out(),
         scans_excluded: gate.excluded(),
@@ -61,7 +62,7 @@ pub(crate) fn estimate(
     } else if counting.untimed > 0 {
         estimate.warnings.push(Warning::NoDeviceClock { scans: counting.untimed });
     }
-    let (turns, of) = (counting.turns_left_out(), counting.scans + counting.turns_left_out());
+    let (turns, of) = (counting.turns_left_out(), counting.turns());
     if turns as f64 > TURNS_TOLD * of as f64 {
         estimate.warnings.push(Warning::TurnsLeftOut { turns, of });
     }

@@ -380,7 +380,7 @@ impl fmt::Display for Warning {
                 write!(f, "the device clock stood still for {scans} scans; they are timed by the nominal frequency")
             }
             Self::BrokenOff { place } => {
-                write!(f, "the recording is {place}; the estimate is of the scans up to there, however much of the row they show")
+                write!(f, "the recording is {place}; the estimate is of the scans that can be read, however much of the row they show")
             }
             Self::OtherModel { taken_for, found } => {
                 let listed = |name: fn(AnyModel) -> &'static str| {
@@ -428,8 +428,8 @@ impl fmt::Display for Warning {
             Self::ConstantSpeed { scans, speed_m_s } => write!(
                 f,
                 "the rig has an encoder, and {scans} scans have no reading of it: the way is by the rig's constant {speed_m_s} m/s. If the tractor drove \
-                 otherwise, take --advance gnss or can, or record with `rowscan estimate SCANNER --rig RIG --record FILE`, which sets the encoder; if its \
-                 speed was even, say so with --advance constant"
+                 otherwise, take --advance gnss or can; or record anew with the encoder on, where the scanner has one: `rowscan estimate SCANNER --rig RIG --record FILE` \
+                 sets it, `picoscan://HOST?encoder=on` asks for it; if its speed was even, say so with --advance constant"
             ),
             Self::NoEncoder { scans } => write!(
                 f,

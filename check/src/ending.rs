@@ -18,25 +18,36 @@ pub(crate) struct Crash<'a> {
     pub(crate) child: &'a str,
     pub(crate) code: i32,
     pub(crate) at: SimTime,
+    /// The last line of its output; empty where it said nothing.
+    last: &'a str,
 }
 
 impl fmt::Display for Crash<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { child, code, at } = self;
-        write!(f, "`{child}` had crashed at {:.3} s, with code {code}", at.as_secs_f64())
+        let Self { child, code, at, last } = self;
+        write!(f, "`{child}` had crashed at {:.3} s, with code {code}", at.as_secs_f64())?;
+        if last.is_empty() { Ok(()) } else { write!(f, " (it last said: {last})") }
     }
 }
 
 /// The first crash of a run.
-pub(crate) fn crash<'a>(scenario: &'a Scenario, run: &RunRecord) -> Option<Crash<'a>> {
+pub(crate) fn crash<'a>(scenario: &'a Scenario, run: &'a RunRecord) -> Option<Crash<'a>> {
     let crashed = |spec: &'a RunSpec| {
         let exit = exit_before_end(run, &spec.id)?;
-        let code = run.children.get(&spec.id)?.exit_code.filter(|code| *code != 0)?;
+        let child = run.children.get(&spec.id)?;
+        let code = child.exit_code.filter(|code| *code != 0)?;
         let is_expected = expected_codes(scenario, &spec.id).any(|wanted| wanted == f64::from(code));
-        (!is_expected).then(|| Crash { child: &spec.id, code, at: exit.at() })
+        (!is_expected).then(|| Crash { child: &spec.id, code, at: exit.at(), last: last_line(&child.tail) })
     };
     let may_crash = scenario.runs.iter().filter(|spec| spec.on_exit == OnExit::End);
     may_crash.filter_map(crashed).min_by_key(|crash| crash.at)
+}
+
+/// The last line that says something, as far as a message shows it.
+fn last_line(text: &str) -> &str {
+    const SHOWN: usize = 160;
+    let line = text.lines().rev().map(str::trim).find(|line| !line.is_empty()).unwrap_or_default();
+    line.char_indices().nth(SHOWN).map_or(line, |(end, _)| line.get(..end).unwrap_or(line))
 }
 
 /// When a child ended, if it did before the run.

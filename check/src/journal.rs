@@ -11,6 +11,11 @@ use serde::{Deserialize, Serialize};
 /// The event that ends every run.
 pub(crate) const END: &str = "end";
 
+/// The metres of an event such as `row:1.5`: the tractor passes there.
+pub(crate) fn row_place(event: &str) -> Option<f64> {
+    event.strip_prefix("row:")?.parse().ok().filter(|row_m: &f64| row_m.is_finite())
+}
+
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {

@@ -6,8 +6,8 @@ use rowscan_files::OutputFile;
 use rowscan_protocol::time::SimTime;
 
 use crate::ending::{crash, wanted_code};
-use crate::journal::{END, Event};
-use crate::judged::{Judged, event_number, from_event, in_time, row_place, seconds_after, the_one};
+use crate::journal::{END, Event, row_place};
+use crate::judged::{Judged, Window, event_number, in_time, the_one};
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, Scenario};
 use crate::what::{Count, Kind, Measure};
@@ -59,7 +59,8 @@ pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, tried: 
         Kind::ProcessValue => process_value::judge(expect, run),
     };
     let judged = judged.unwrap_or_else(Judged::error).beside_jitter(scenario.clock.scale, run.jitter);
-    let judged = judged.beside_sleeps(from_event(expect.after.as_ref(), run).unwrap_or_default(), run);
+    let opens = Window::of(expect.after.as_ref(), run).map(|window| window.opens);
+    let judged = judged.beside_sleeps(opens.unwrap_or_default(), run);
     match expect.what.kind {
         // What the bench itself did, and how a child ended.
         Kind::FaultActs | Kind::ExitCode => judged,
@@ -112,24 +113,24 @@ fn next_scan(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
     if let Some(after) = expect.after.as_ref().filter(|after| row_place(after).is_none()) {
         window_start("after", after, run)?;
     }
-    let from = from_event(expect.after.as_ref(), run)?;
+    let window = Window::of(expect.after.as_ref(), run)?;
     let within_s = expect.within_s.unwrap_or_default();
-    let due = seconds_after(from, within_s);
-    let next = stream.scan_times.iter().find(|time| **time >= from).copied();
-    let told = |at: SimTime| format!("{:.3} s", at.as_secs_f64() - from.as_secs_f64());
+    let due = window.due(within_s);
+    let next = stream.scan_times.iter().find(|time| **time >= window.opens).copied();
+    let told = |at: SimTime| window.told(at);
     Ok(match next {
         Some(at) if in_time(at, due) => {
-            Judged::holds(true, format!("a scan from {id} after {}", told(at))).at(at).due(due, at)
+            Judged::holds(true, format!("a scan from {id} {}", told(at))).at(at).due(due, at)
         }
         Some(at) => Judged::holds(
             false,
-            format!("expected a scan from {id} within {within_s} s, found one after {}", told(at)),
+            format!("expected a scan from {id} within {within_s} s, found one {}", told(at)),
         )
         .at(due)
         .due(due, at),
         None if run.ended < due => {
             let why = format!(
-                "expected a scan from {id} within {within_s} s, found none until the end after {}",
+                "expected a scan from {id} within {within_s} s, found none until the end {}",
                 told(run.ended)
             );
             Judged::holds(false, why)
@@ -241,15 +242,20 @@ fn fault_acts(expect: &Expect, run: &RunRecord) -> Result {
 
 fn log(scenario: &Scenario, number: usize, expect: &Expect, run: &RunRecord) -> Result {
     let id = child(scenario, expect)?;
-    let from = from_event(expect.after.as_ref(), run)?;
-    let due = expect.within_s.map(|seconds| seconds_after(from, seconds));
+    let window = Window::of(expect.after.as_ref(), run)?;
+    let due = expect.within_s.map(|seconds| window.due(seconds));
     let times = run.children.get(id).and_then(|child| child.matches.get(&number));
-    let first = times.into_iter().flatten().map(|found| found.at).find(|time| *time >= from);
+    let first = times.into_iter().flatten().map(|found| found.at).find(|time| *time >= window.opens);
     let pattern = expect.matches.as_ref().map_or("", |pattern| pattern.0.as_str());
     Ok(match (first, due) {
         (Some(at), Some(due)) if !in_time(at, due) => Judged::holds(
             false,
-            format!("a line of {id} matches `{pattern}` only at {:.3} s", at.as_secs_f64()),
+            format!(
+                "a line of {id} matches `{pattern}` only at {:.3} s; expected by {:.3} s, counted from {}",
+                at.as_secs_f64(),
+                due.as_secs_f64(),
+                window.start()
+            ),
         )
         .at(due)
         .due(due, at),

@@ -8,7 +8,7 @@ use rowscan_emulator::Sleep;
 
 use crate::ending::Crash;
 use crate::jitter::Jitter;
-use crate::journal::Event;
+use crate::journal::{Event, row_place};
 use crate::runner::RunRecord;
 use crate::verdict::Verdict;
 
@@ -127,19 +127,70 @@ pub(crate) fn the_one<'a>(
     }
 }
 
-/// When the event was that an expectation counts from; the start of time without one.
-pub(crate) fn from_event(event: Option<&String>, run: &RunRecord) -> std::result::Result<SimTime, String> {
-    let Some(name) = event else { return Ok(SimTime::ZERO) };
+/// The part of a run that an expectation is of.
+///
+/// One rule: with `after`, it opens at that event and seconds count from there. Without, it opens at the start of time and seconds count from the
+/// start of the drive, as those of `end` do: how long the host took to start children is nothing of theirs. What came before the drive is in time;
+/// a state is looked at from `from` on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Window<'a> {
+    after: Option<&'a str>,
+    /// What comes from here on counts.
+    pub(crate) opens: SimTime,
+    /// Its seconds count from here on.
+    pub(crate) from: SimTime,
+    /// When the run ended.
+    pub(crate) ended: SimTime,
+}
+
+impl<'a> Window<'a> {
+    /// That of an expectation in `run`. A drive that never began would have begun at its end at the earliest.
+    pub(crate) fn of(after: Option<&'a String>, run: &RunRecord) -> std::result::Result<Self, String> {
+        let Some(after) = after else {
+            let began = run.journal.as_ref().map(|journal| journal.began().unwrap_or(run.ended));
+            return Ok(Self {
+                after: None,
+                opens: SimTime::ZERO,
+                from: began.unwrap_or_default(),
+                ended: run.ended,
+            });
+        };
+        let at = from_event(after, run)?;
+        Ok(Self { after: Some(after), opens: at, from: at, ended: run.ended })
+    }
+
+    /// So many seconds after its start.
+    pub(crate) fn due(self, within_s: f64) -> SimTime {
+        seconds_after(self.from, within_s)
+    }
+
+    /// How far `at` is from its start, in words.
+    pub(crate) fn told(self, at: SimTime) -> String {
+        let apart_s = at.as_secs_f64() - self.from.as_secs_f64();
+        if at < self.from {
+            format!("{:.3} s before the drive", -apart_s)
+        } else {
+            format!("after {apart_s:.3} s")
+        }
+    }
+
+    /// What its seconds count from, in words.
+    pub(crate) fn start(self) -> String {
+        let from_s = self.from.as_secs_f64();
+        match self.after {
+            Some(event) => format!("`{event}` at {from_s:.3} s"),
+            None => format!("the start of the drive at {from_s:.3} s"),
+        }
+    }
+}
+
+/// When the event was that an expectation counts from.
+fn from_event(name: &str, run: &RunRecord) -> std::result::Result<SimTime, String> {
     if let Some(row_m) = row_place(name) {
         let passed = run.journal.as_ref().and_then(|journal| journal.passed(row_m, run.ended));
         return passed.ok_or_else(|| format!("the tractor did not come to `{name}`; move `end`"));
     }
     event_number(name, run).map(|number| run.events.get(number).map_or(SimTime::ZERO, Event::at))
-}
-
-/// The metres of an event such as `row:1.5`: the tractor passes there.
-pub(crate) fn row_place(event: &str) -> Option<f64> {
-    event.strip_prefix("row:")?.parse().ok().filter(|row_m: &f64| row_m.is_finite())
 }
 
 /// The number of the first event of this name, from 0.

@@ -1,14 +1,13 @@
 //! `what = "ddi"`: a value of an element of a task controller's client, as it was told on a bus.
 
 use std::collections::BTreeSet;
-use std::time::Duration;
 
 use rowscan_bus::J1939Id;
 use rowscan_bus::isobus::process_data::{ProcessData, command};
 use rowscan_bus::pgn::isobus::PROCESS_DATA;
 use rowscan_protocol::time::SimTime;
 
-use crate::judged::{Judged, from_event};
+use crate::judged::{Judged, Window};
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, ProcessValue, merged};
 
@@ -48,8 +47,8 @@ fn said(wanted: ProcessValue, run: &RunRecord) -> Vec<Said> {
 /// Judges it.
 pub(crate) fn judge(expect: &Expect, run: &RunRecord) -> Result<Judged, String> {
     let wanted = expect.process.ok_or("`ddi` expects nothing yet; add `element`, `ddi` and `value`")?;
-    let from = from_event(expect.after.as_ref(), run)?;
-    let due = from + Duration::from_secs_f64(expect.within_s.unwrap_or_default());
+    let window = Window::of(expect.after.as_ref(), run)?;
+    let (from, due) = (window.from, window.due(expect.within_s.unwrap_or_default()));
     let setpoint = wanted.setpoint();
     let said = said(wanted, run);
     let unknown = |what: String| format!("`ddi`: unknown: no {what} in the whole run");

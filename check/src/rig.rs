@@ -16,6 +16,7 @@ use rowscan_emulator::lockstep::{ChildClock, Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Compute, EndWhen, Gaps, SeenRig, Sleeps};
 use rowscan_protocol::device::{DialectPolicy, Start};
+use rowscan_protocol::time::SimTime;
 use rowscan_recording::{About, Taps};
 use rowscan_scenes::files::{Warning, load_scene, rig_text};
 use rowscan_scenes::optics;
@@ -117,6 +118,7 @@ impl ScenarioRig {
             held: true,
             ..TimeSpec::default()
         };
+        check_end(scenario.end, &spec.tractor())?;
         let journal = Journal::new(spec.clock(), spec.tractor());
         let (witness, frames, sentences) =
             (Witness::new(journal.clone()), Frames::default(), Sentences::default());
@@ -277,6 +279,25 @@ fn sprayed(stage: Stage, spec: &SprayerSpec) -> Result<Stage, String> {
     Ok(stage.with_plumes(|mount| plumes(&spec.boom, mount)))
 }
 
+/// Refuses an end where the tractor is before it starts, or to which its drive does not come: as far as that is known, which of one that stands is nothing.
+fn check_end(end: End, tractor: &Tractor) -> Result<(), String> {
+    const DAY_S: u32 = 86_400;
+    let End::RowM(row_m) = end else { return Ok(()) };
+    let starts_m = tractor.motion(SimTime::ZERO).place.y_m;
+    let is_near = |y_m: f64| tractor.drives_within(y_m, DAY_S).is_some();
+    if starts_m >= row_m {
+        return Err(format!(
+            "`end`: expected `row_m` above {starts_m}, where the tractor starts, found {row_m}: the run would be over at once; move `end`"
+        ));
+    }
+    if is_near(starts_m + 1e-3) && !is_near(row_m) {
+        return Err(format!(
+            "`end`: expected a `row_m` that the tractor comes to within a day, found {row_m}: it does not come there; move `end`, or give it in `s`"
+        ));
+    }
+    Ok(())
+}
+
 fn end(end: End) -> EndWhen {
     match end {
         End::RowM(row_m) => EndWhen::RowM(row_m),
@@ -377,7 +398,30 @@ fn in_folder(port: &str, folder: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
+    use rowscan_vehicle::trajectory::Trajectory;
+
     use super::*;
+
+    #[test]
+    fn an_end_where_the_tractor_is_already_or_never_comes_is_refused() {
+        let from = |y_m: f64, speed_m_s: f64| Tractor::new(Trajectory::straight(y_m, speed_m_s));
+        let check = |row_m: f64, tractor: &Tractor| check_end(End::RowM(row_m), tractor);
+        for start_m in [-2.0, 0.0, 1.75] {
+            let tractor = from(start_m, 1.5);
+            for behind in [start_m - 1.0, start_m] {
+                let why = check(behind, &tractor).expect_err("over at once");
+                assert!(why.contains("over at once") && why.contains(&start_m.to_string()), "{why}");
+            }
+            assert_eq!(check(start_m + 0.01, &tractor), Ok(()));
+            assert_eq!(check(start_m + 1.5 * 86_000.0, &tractor), Ok(()), "in less than a day");
+            assert!(check(1e9, &tractor).is_err_and(|why| why.contains("within a day")));
+            // Nothing is known of one that somebody else will drive.
+            assert_eq!(check(1e9, &from(start_m, 0.0)), Ok(()));
+            for other in [End::Seconds(1.0), End::Scans(1)] {
+                assert_eq!(check_end(other, &tractor), Ok(()));
+            }
+        }
+    }
 
     #[test]
     fn a_child_in_another_folder_finds_every_path_that_it_is_told() {

@@ -126,7 +126,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "first_scan",
         keys: &["on", "after", "within_s"],
-        tells: "the first scan delivered after an event, or after the start of time, comes within so many simulated seconds",
+        tells: "the first scan delivered after an event, or after the start of time, comes within so many simulated seconds of the event, or of the start of the drive",
         kind: Kind::NextScan,
     },
     What {

@@ -65,7 +65,7 @@ pub enum DriverError {
     },
     /// A scanner has accepted its settings, and sends nothing that comes here.
     #[error(
-        "{address} has accepted its settings, and no Compact telegram came to UDP {to} within {timeout:?}: expected an open port in this machine's firewall, and an          address that the scanner reaches (bind=ADDRESS); a virtual scanner sends to this machine only, unless --allow-destination {} allows it", to.ip()
+        "{address} has accepted its settings, and no Compact telegram came to UDP {to} within {timeout:?}: expected an open port in this machine's firewall, and an address that the scanner reaches (bind=ADDRESS); a virtual scanner sends to this machine only, unless --allow-destination {} allows it", to.ip()
     )]
     NoDatagrams {
         /// Host and port of REST.
@@ -89,13 +89,35 @@ pub enum DriverError {
     },
     /// A login over REST was refused.
     #[error(
-        "{address} refused the login of `{user}` ({code}): expected the scanner's own password, as in picoscan://HOST?password=PASSWORD (as delivered: user Service,          password servicelevel); after five failed logins it refuses all for 30 s"
+        "{address} refused the login of `{user}` ({code}): expected the scanner's own password, as in picoscan://HOST?password=PASSWORD (as delivered: user Service, password servicelevel), or, where that is right, an end of what makes its challenges go stale (the login was tried again with a fresh one); after five failed logins it refuses all for 30 s"
     )]
     Login {
         /// Host and port.
         address: String,
         /// Who wanted to log in.
         user: String,
+        /// The device's reason.
+        code: Refusal,
+    },
+    /// A REST interface takes no more requests for now.
+    #[error(
+        "{address} takes no more requests ({code}), nor after {waited:?}: this is not about the password. After five failed logins, of any client, a scanner refuses all for 30 s; expected to be asked again after that, with other clients of its REST interface closed"
+    )]
+    TooManyRequests {
+        /// Host and port.
+        address: String,
+        /// The device's reason.
+        code: Refusal,
+        /// How long it was asked again and again.
+        waited: Duration,
+    },
+    /// A REST interface refuses its own challenges.
+    #[error(
+        "{address} took the password before, and then refused two challenges in a row that it had just given ({code}): its nonces go stale on the way. Expected no other client that asks it for challenges meanwhile, and a quick link; restart the scanner if it stays so"
+    )]
+    StaleNonce {
+        /// Host and port.
+        address: String,
         /// The device's reason.
         code: Refusal,
     },
@@ -211,6 +233,7 @@ pub enum DriverError {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
+        #[source]
         cause: ReadError,
     },
     /// A recording has no stream of that name.

@@ -159,7 +159,7 @@ impl Recording {
     fn warn_of_missing(&self) {
         let path = self.path.display();
         if let Some(torn) = self.recording.torn() {
-            tracing::warn!("{path}: {torn}; the scans up to there are read");
+            tracing::warn!("{path}: {torn}; {} is read", torn.read_part());
         }
         let soundness = self.recording.soundness();
         if let Some(damage) = soundness.damage().filter(|_| soundness.sound > 0) {

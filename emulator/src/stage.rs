@@ -39,6 +39,26 @@ pub enum StageError {
     /// The model has no such scan mode.
     #[error(transparent)]
     Mode(#[from] ModeError),
+    /// The model would not tell of dirt on its window.
+    #[error(
+        "a {model} takes no contamination (`optics`, --contamination): what it tells of it is not emulated, and its Compact telegrams have no status, so beams that see nothing would be taken for gaps; leave it out, or take a model whose scans tell it, such as lms111"
+    )]
+    Contamination {
+        /// The model.
+        model: &'static str,
+    },
+}
+
+/// Dirt on the window of a scanner, at this level of LCMstate: only where its scans tell of it, as for faults.
+///
+/// # Errors
+/// They do not.
+pub fn contaminate(device: &mut Device, model: &Model, level: u8) -> Result<(), StageError> {
+    if level > 0 && !model.scans_tell_status() {
+        return Err(StageError::Contamination { model: model.title });
+    }
+    device.set_contamination(level);
+    Ok(())
 }
 
 impl Stage {
@@ -107,7 +127,7 @@ impl Stage {
         if self.scene.optics.stages.has(optics::Stage::Echoes) {
             device.set_factory_echo(model.optics.factory_echo);
         }
-        device.set_contamination(self.scene.optics.contamination());
+        contaminate(&mut device, model, self.scene.optics.contamination())?;
         if let Some(mount) = self.rig.scanners.get(index) {
             let mode = scan_mode(model, mount)?;
             device.set_scan_mode(mode.frequency_centihz, mode.step)?;

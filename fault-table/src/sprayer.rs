@@ -45,7 +45,7 @@ pub enum SprayerFault {
     FlowMeterOff(f64),
     /// The master switch is off.
     MasterOff,
-    /// The driver holds the valves shut.
+    /// The driver's override asks for all valves shut.
     HeldShut,
     /// Nothing is left in the tank.
     TankEmpty,

@@ -209,6 +209,11 @@ impl Counting {
         least.map_or(0, |least| (turns / u64::from(least)).saturating_sub(telegrams))
     }
 
+    /// Turns of the mirror: those that came, of which a scanner with several layers sends several lines, and those that were left out.
+    pub fn turns(&self) -> u64 {
+        self.scans.div_ceil(u64::from(self.lines.max(1))) + self.turns_left_out()
+    }
+
     /// True if counter and clock tell the same story: `steps` telegrams, `each` of them with those of the turn before, in `passed_s`.
     fn follows(&self, steps: u16, each: u32, passed_s: f64, nominal_s: f64) -> bool {
         let each_s = if steps == 1 { passed_s } else { passed_s / f64::from(each) };

@@ -155,6 +155,16 @@ pub enum Refusal {
         /// The code of HTTP.
         http: u16,
     },
+    /// By REST: so many requests, or failed logins, that it takes no more for a while.
+    TooMany {
+        /// The code of HTTP.
+        http: u16,
+    },
+    /// By REST: challenges that it gave itself, though it took the same password before.
+    StaleNonce {
+        /// The code of HTTP.
+        http: u16,
+    },
 }
 
 impl From<SopasError> for Refusal {
@@ -169,6 +179,8 @@ impl fmt::Display for Refusal {
             Self::Cola(error) => error.fmt(f),
             Self::Rest { status: Some(status), http } => write!(f, "status {status}, HTTP {http}"),
             Self::Rest { status: None, http } => write!(f, "HTTP {http}"),
+            Self::TooMany { http } => write!(f, "too many requests, HTTP {http}"),
+            Self::StaleNonce { http } => write!(f, "invalid challenge, HTTP {http}"),
         }
     }
 }

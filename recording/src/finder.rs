@@ -64,6 +64,15 @@ impl Finder {
         }
     }
 
+    /// Of these, bytes of one whose rest may still come.
+    pub(crate) fn unfinished(&self) -> usize {
+        match self {
+            Self::Cola(decoder) => decoder.unfinished(),
+            Self::Lms2xx(decoder) => decoder.unfinished(),
+            Self::Compact(decoder, _) => decoder.unfinished(),
+        }
+    }
+
     /// Broken frames so far: wrong checksum, impossible length, text without end.
     pub(crate) fn bad(&self) -> u64 {
         match self {

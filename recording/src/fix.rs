@@ -13,24 +13,38 @@ pub struct Fix {
     pub altitude_m: f64,
 }
 
+/// A GGA sentence with a position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gga {
+    /// The position.
+    pub fix: Fix,
+    /// How it was determined, by NMEA 0183: 1 by satellites alone, 2 with corrections, 4 and 5 with carrier phases (fixed, float), 6 estimated.
+    pub quality: u8,
+}
+
 /// Finds fixes in a receiver's bytes.
 #[derive(Debug, Default)]
-pub(crate) struct FixReader(NmeaLines);
+pub struct FixReader(NmeaLines);
 
 impl FixReader {
     /// Takes the next bytes.
-    pub(crate) fn push(&mut self, bytes: &[u8]) {
+    pub fn push(&mut self, bytes: &[u8]) {
         self.0.push(bytes);
     }
 
     /// The next fix; sentences without one, and lines with a wrong checksum, are passed over.
-    pub(crate) fn next_fix(&mut self) -> Option<Fix> {
-        std::iter::from_fn(|| self.0.next_line()).find_map(|line| fix(&line))
+    pub fn next_fix(&mut self) -> Option<Fix> {
+        self.next_gga().map(|gga| gga.fix)
+    }
+
+    /// The same, with how it was determined.
+    pub fn next_gga(&mut self) -> Option<Gga> {
+        std::iter::from_fn(|| self.0.next_line()).find_map(|line| gga(&line))
     }
 }
 
 /// `$..GGA,time,lat,N,lon,E,quality,satellites,hdop,height,M,geoid,M,age,station*sum`
-fn fix(line: &str) -> Option<Fix> {
+fn gga(line: &str) -> Option<Gga> {
     let fields: Vec<&str> = sentence(line)?.split(',').collect();
     let field = |at: usize| fields.get(at).copied().unwrap_or_default();
     if field(0).get(2..) != Some("GGA") || matches!(field(6), "" | "0") {
@@ -43,11 +57,12 @@ fn fix(line: &str) -> Option<Fix> {
         let angle = degrees + minutes / 60.0;
         Some(if field(at + 1) == negative { -angle } else { angle })
     };
-    Some(Fix {
+    let fix = Fix {
         latitude_deg: angle(2, 2, "S")?,
         longitude_deg: angle(4, 3, "W")?,
         altitude_m: field(9).parse::<f64>().ok()? + field(11).parse().unwrap_or(0.0),
-    })
+    };
+    Some(Gga { fix, quality: field(6).parse().ok()? })
 }
 
 #[cfg(test)]

@@ -43,7 +43,11 @@ mod frames;
 #[cfg(feature = "files")]
 mod info;
 #[cfg(feature = "files")]
+mod mcap_damage;
+#[cfg(feature = "files")]
 mod mcap_record;
+#[cfg(feature = "files")]
+mod mcap_records;
 mod packet;
 #[cfg(feature = "files")]
 mod queue;
@@ -73,12 +77,14 @@ pub use copy::{Copied, CopyError, copy};
 #[cfg(feature = "files")]
 pub use error::RecordError;
 #[cfg(feature = "files")]
+pub use fix::{FixReader, Gga};
+#[cfg(feature = "files")]
 pub use frames::{FrameReader, RecordedFrame};
 #[cfg(feature = "files")]
 pub use info::{MAX_DRIFT_ERROR_PPM, StreamReport, account};
 pub use packet::{Joint, Packet, Side, StreamKind};
 #[cfg(feature = "files")]
-pub use read::{BrokenArchive, Format, ReadError, Recording, Soundness, StreamInfo, Torn};
+pub use read::{BrokenArchive, Format, ReadError, Recording, Resumed, Soundness, StreamInfo, Torn};
 #[cfg(feature = "files")]
 pub use recorder::{Recorded, Recorder, RecorderOptions};
 #[cfg(feature = "files")]

@@ -9,20 +9,23 @@ enum Part {
     Skip(usize),
     /// Bytes behind their number, 32 bits.
     Bytes,
+    /// Bytes behind their number, 64 bits.
+    Bytes64,
     /// Texts, two by two, behind their bytes' number, 32 bits.
     Map,
 }
 
-/// The parts of each record up to the last that has a length; those of other records have none.
+/// The parts of each record up to the last that has a length, and what the library takes for granted behind it; those of other records have none.
 fn parts(opcode: u8) -> &'static [Part] {
-    use Part::{Bytes, Map, Skip};
+    use Part::{Bytes, Bytes64, Map, Skip};
     match opcode {
         op::HEADER => &[Bytes, Bytes],
         op::SCHEMA => &[Skip(2), Bytes, Bytes, Bytes],
         op::CHANNEL => &[Skip(4), Bytes, Bytes, Map],
+        op::CHUNK => &[Skip(28), Bytes, Bytes64],
         op::MESSAGE_INDEX => &[Skip(2), Bytes],
         op::CHUNK_INDEX => &[Skip(32), Bytes, Skip(8), Bytes],
-        op::ATTACHMENT => &[Skip(16), Bytes, Bytes],
+        op::ATTACHMENT => &[Skip(16), Bytes, Bytes, Bytes64, Skip(4)],
         op::ATTACHMENT_INDEX => &[Skip(40), Bytes, Bytes],
         op::STATISTICS => &[Skip(42), Bytes],
         op::METADATA => &[Bytes, Map],
@@ -46,6 +49,12 @@ fn lengths_fit(parts: &[Part], mut data: &[u8]) -> bool {
     parts.iter().all(|part| match part {
         Part::Skip(bytes) => skip(&mut data, *bytes).is_some(),
         Part::Bytes => counted(&mut data).is_some(),
+        Part::Bytes64 => {
+            let length =
+                skip(&mut data, 8).and_then(<[u8]>::first_chunk).map(|length| u64::from_le_bytes(*length));
+            let length = length.and_then(|length| usize::try_from(length).ok());
+            length.is_some_and(|length| skip(&mut data, length).is_some())
+        }
         Part::Map => counted(&mut data).is_some_and(|mut texts| {
             while !texts.is_empty() {
                 if counted(&mut texts).is_none() {
@@ -79,6 +88,18 @@ mod tests {
         let map = [text("key"), text("value")].concat();
         let length = (map.len() as u32).to_le_bytes();
         [&[1, 0, 0, 0][..], &text("/scanner"), &text("bytes"), &length, &map].concat()
+    }
+
+    /// The library subtracts before it compares.
+    #[test]
+    fn no_bytes_are_too_few() {
+        for opcode in 0..=u8::MAX {
+            for len in 0..80 {
+                for byte in [0, 1, 4, 0xFF] {
+                    let _ = parse(opcode, &vec![byte; len]);
+                }
+            }
+        }
     }
 
     #[test]

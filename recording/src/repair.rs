@@ -3,15 +3,14 @@
 use std::io::{Read, Seek, Write};
 
 use mcap::records::Record;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{Attachment, McapError, WriteOptions, Writer};
 
 use crate::copy::CopyError;
-use crate::mcap_record;
-use crate::read::{ReadError, Torn, read_some};
+use crate::mcap_records::Records;
+use crate::read::Torn;
 use crate::writer::{WriteSeek, plain};
 
-/// What a repaired file holds, and where the torn one broke off.
+/// What a repaired file holds, and what of the torn one is missing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Repaired {
     /// Messages of all channels.
@@ -22,47 +21,24 @@ pub struct Repaired {
     pub attachments: u64,
     /// Metadata records.
     pub metadata: u64,
-    /// Where the file breaks off; none if it is whole.
+    /// What cannot be read; none if the file is whole.
     pub torn: Option<Torn>,
 }
 
-/// Writes every channel, message, attachment and metadata record of `input` up to its first damage to `out` as a whole, indexed
+/// Writes every channel, message, attachment and metadata record of `input` that can be found to `out` as a whole, indexed
 /// file. Nothing is decoded and nothing added. `input_bytes`, its length, bounds the length of a record.
 pub fn repair(
     input: &mut dyn Read,
     input_bytes: u64,
     out: &mut dyn WriteSeek,
 ) -> Result<Repaired, CopyError> {
-    let options = LinearReaderOptions::default()
-        .with_skip_end_magic(true)
-        .with_validate_chunk_crcs(true)
-        .with_record_length_limit(usize::try_from(input_bytes).unwrap_or(usize::MAX));
-    let mut reader = LinearReader::new_with_options(options);
-    let (mut read_bytes, mut copier) =
-        (0, Copier { out: Some(out), writer: None, repaired: Repaired::default() });
-    let found = loop {
-        match reader.next_event() {
-            Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
-                let read = read_some(input, reader.insert(wanted)).map_err(CopyError::Read)?;
-                read_bytes += read as u64;
-                reader.notify_read(read);
-            }
-            Some(Ok(LinearReadEvent::Record { data, opcode })) => match mcap_record::parse(opcode, data) {
-                // Behind the data; what follows repeats what was read.
-                Ok(Record::DataEnd(_)) => break None,
-                Ok(record) => copier.write(record)?,
-                Err(why) => break Some(why),
-            },
-            Some(Err(McapError::UnsupportedCompression(found))) => {
-                return Err(ReadError::Compressed { found }.into());
-            }
-            Some(Err(error)) => break Some(error.to_string()),
-            None => break Some("the end of the file".to_owned()),
-        }
-    };
-    let mut repaired = copier.finish()?;
-    repaired.torn = found.map(|found| Torn { offset: read_bytes, expected: "a whole record", found });
-    Ok(repaired)
+    let mut records = Records::new(input, usize::try_from(input_bytes).unwrap_or(usize::MAX));
+    let mut copier = Copier { out: Some(out), writer: None, repaired: Repaired::default() };
+    while let Some(record) = records.next_record().map_err(CopyError::Read)? {
+        copier.write(record)?;
+    }
+    let torn = records.torn().cloned();
+    Ok(Repaired { torn, ..copier.finish()? })
 }
 
 /// The copy, begun once the file's header is known.
@@ -78,9 +54,13 @@ impl<W: Write + Seek> Copier<W> {
     }
 
     fn try_write(&mut self, record: Record<'_>) -> Result<(), McapError> {
-        if let (Record::Header(header), Some(out)) = (&record, self.out.take()) {
+        // A file that lost its header is written without its words.
+        let found = if let Record::Header(header) = &record { Some(header) } else { None };
+        if let Some(out) = self.out.take() {
+            let (profile, library) = found
+                .map_or_else(Default::default, |header| (header.profile.clone(), header.library.clone()));
             let options = WriteOptions::new().disable_seeking(true).compression(None);
-            let options = options.profile(header.profile.clone()).library(header.library.clone());
+            let options = options.profile(profile).library(library);
             self.writer = Some(Writer::with_options(out, options)?);
         }
         let Some(writer) = &mut self.writer else { return Ok(()) };
@@ -183,5 +163,26 @@ mod tests {
         let again = repair(&mut &out.get_ref()[..], out.get_ref().len() as u64, &mut Cursor::new(Vec::new()))
             .unwrap();
         assert_eq!((again.messages, again.torn), (49, None));
+    }
+
+    #[test]
+    fn what_stands_behind_a_hole_is_kept() {
+        let mut writer =
+            McapWriter::new(Cursor::new(Vec::new()), &About::default(), Decoded::default()).unwrap();
+        let stream = writer.add_stream("scanner", StreamKind::Cola).unwrap();
+        for at_ns in 0..50 {
+            writer.write(stream, Side::Device, at_ns, 0, b"\x02sRA LMDscandata \x03").unwrap();
+        }
+        writer.finish().unwrap();
+        let mut file = writer.into_inner().into_inner();
+        let middle = file.windows(11).rposition(|bytes| bytes == b"LMDscandata").unwrap() / 2;
+        file[middle..middle + 400].fill(0);
+        let mut out = Cursor::new(Vec::new());
+        let repaired = repair(&mut &file[..], file.len() as u64, &mut out).unwrap();
+        let torn = repaired.torn.expect("it is told");
+        assert!(repaired.messages > 35 && torn.resumed.is_some_and(|resumed| resumed.holes == 1), "{torn}");
+        let again = repair(&mut &out.get_ref()[..], out.get_ref().len() as u64, &mut Cursor::new(Vec::new()))
+            .unwrap();
+        assert_eq!((again.messages, again.torn), (repaired.messages, None));
     }
 }

@@ -52,6 +52,20 @@ pub struct EdgePair {
     pub late_m: Option<f64>,
     /// Speed ahead when it should have been, or was, m/s.
     pub speed_m_s: f64,
+    /// It should have been before any command could have opened the section: nobody is late for it.
+    pub unmeetable: bool,
+}
+
+impl EdgePair {
+    /// It should have been, could have been, and was not.
+    pub fn is_missed(&self) -> bool {
+        self.delivered_s.is_none() && !self.unmeetable
+    }
+
+    /// How much too late it was, seconds and metres; none where that says nothing of who commanded.
+    fn late(&self) -> Option<(f64, f64)> {
+        self.late_s.zip(self.late_m).filter(|_| !self.unmeetable)
+    }
 }
 
 /// All edges of a run.
@@ -64,8 +78,10 @@ pub struct Edges(Vec<EdgePair>);
 pub struct EdgeSummary {
     /// Edges that should have been.
     pub wanted: usize,
-    /// Those of them that were not.
+    /// Those of them that could have been and were not.
     pub missed: usize,
+    /// Those of them that were wanted at the start, before any command could have opened the section: neither missed nor late.
+    pub unmeetable: usize,
     /// Edges that should not have been.
     pub spurious: usize,
     /// Median of how much too late, s; negative too soon.
@@ -108,7 +124,7 @@ pub struct Off {
 impl Off {
     /// Of edges that came too late; with `sign` −1 of those that came too soon. Seconds and metres may differ in sign in reverse: time decides.
     fn of<'a>(pairs: impl Iterator<Item = &'a EdgePair>, sign: f64) -> Self {
-        let late = pairs.filter_map(|pair| pair.late_s.zip(pair.late_m));
+        let late = pairs.filter_map(EdgePair::late);
         let (s, m): (Vec<f64>, Vec<f64>) =
             late.filter(|(s, _)| s * sign > ON_TIME_S).map(|(s, m)| (s.abs(), m.abs())).unzip();
         Self {
@@ -129,6 +145,7 @@ impl Edges {
         let open = pass.section_open(flows);
         let mut all = Vec::new();
         for (section, (wanted, open)) in pass.section_wanted().iter().zip(&open).enumerate() {
+            let could_open_s = pass.could_open_s(section);
             for edge in Edge::ALL {
                 let (wanted, delivered) = (times(wanted, edge, pass.time()), times(open, edge, pass.time()));
                 let way = |times: &[f64]| times.iter().map(|at| pass.way_m(*at)).collect::<Vec<_>>();
@@ -147,6 +164,7 @@ impl Edges {
                         late_s: late.map(|(wanted, delivered)| delivered - wanted),
                         late_m: late.map(|(wanted, delivered)| pass.way_m(delivered) - pass.way_m(wanted)),
                         speed_m_s,
+                        unmeetable: wanted_s.is_some_and(|wanted_s| wanted_s < could_open_s - ON_TIME_S),
                     });
                 }
             }
@@ -162,12 +180,12 @@ impl Edges {
     /// Those that `which` holds for, in numbers.
     pub fn summary(&self, which: impl Fn(&EdgePair) -> bool) -> EdgeSummary {
         let chosen = || self.0.iter().filter(|pair| which(pair));
-        let late_s: Vec<f64> = chosen().filter_map(|pair| pair.late_s).collect();
-        let late_m: Vec<f64> = chosen().filter_map(|pair| pair.late_m).collect();
+        let (late_s, late_m): (Vec<f64>, Vec<f64>) = chosen().filter_map(EdgePair::late).unzip();
         let away = |late: &[f64]| late.iter().map(|late| late.abs()).collect::<Vec<_>>();
         EdgeSummary {
             wanted: chosen().filter(|pair| pair.wanted_s.is_some()).count(),
-            missed: chosen().filter(|pair| pair.delivered_s.is_none()).count(),
+            missed: chosen().filter(|pair| pair.is_missed()).count(),
+            unmeetable: chosen().filter(|pair| pair.unmeetable).count(),
             spurious: chosen().filter(|pair| pair.wanted_s.is_none()).count(),
             p50_s: quantile(late_s.clone(), 0.5),
             p95_s: quantile(away(&late_s), 0.95),
@@ -180,10 +198,10 @@ impl Edges {
         }
     }
 
-    /// 95th percentile of how far wanted edges were off, metres: one that was missed is farther than any number. None where none was wanted.
+    /// 95th percentile of how far wanted edges were off, metres: one that was missed is farther than any number. None where none was wanted that could be met.
     pub fn p95_with_missed_m(&self, edge: Option<Edge>) -> Option<f64> {
-        let wanted =
-            self.0.iter().filter(|pair| pair.wanted_s.is_some() && edge.is_none_or(|edge| edge == pair.edge));
+        let of_edge = |pair: &&EdgePair| edge.is_none_or(|edge| edge == pair.edge);
+        let wanted = self.0.iter().filter(of_edge).filter(|pair| pair.wanted_s.is_some() && !pair.unmeetable);
         quantile(wanted.map(|pair| pair.late_m.map_or(f64::INFINITY, f64::abs)).collect(), 0.95)
     }
 }
@@ -294,6 +312,7 @@ mod tests {
             late_s,
             late_m: late_s.map(|late_s| late_s * 2.0),
             speed_m_s: 2.0,
+            unmeetable: false,
         };
         let spurious = EdgePair { wanted_s: None, delivered_s: Some(3.0), ..pair(None) };
         let all = Edges(late.map(Some).chain([None]).map(pair).chain([spurious]).collect());
@@ -311,6 +330,15 @@ mod tests {
         };
         let other = Edges(all.0.iter().map(turned).collect()).summary(|_| true);
         assert_eq!((other.lead, other.lag), (lag, lead));
+        // What nobody could have met is told, and is nothing else.
+        let at_start = |delivered_s| EdgePair { unmeetable: true, ..pair(delivered_s) };
+        let with: Vec<EdgePair> =
+            all.0.iter().copied().chain([at_start(None), at_start(Some(0.4))]).collect();
+        let with = Edges(with);
+        let expected = EdgeSummary { wanted: 24, unmeetable: 2, ..all.summary(|_| true) };
+        assert_eq!(with.summary(|_| true), expected);
+        assert_eq!(with.p95_with_missed_m(None), all.p95_with_missed_m(None));
+        assert_eq!(Edges(vec![at_start(None)]).p95_with_missed_m(None), None);
         assert_eq!(Edges::default().summary(|_| true).lag, Off::default(), "no edge, no number");
     }
 

@@ -38,7 +38,7 @@ pub struct States {
     pub tank_l: Option<f64>,
     /// The master switch is off.
     pub master_off: bool,
-    /// The driver holds the valves shut.
+    /// The driver's override asks for all valves shut.
     pub held_shut: bool,
     /// Nothing is left in the tank.
     pub tank_empty: bool,

@@ -190,6 +190,16 @@ impl Pass {
         self.nozzles.iter().map(|nozzle| Flow::full(nozzle.flow_l_s, open.clone())).collect()
     }
 
+    /// The first instant at which a sound section can be open: told to at the start of time, seconds.
+    pub fn could_open_s(&self, section: usize) -> f64 {
+        let own = self.nozzles.iter().filter(|nozzle| nozzle.section == section);
+        let first = own.filter_map(|Nozzle { valve, number, .. }| {
+            let flow = valve.flow(&[(0.0, 1.0)], (*number, self.seed), 1.0, self.time().to);
+            flow.open.iter().next().map(|span| span.from)
+        });
+        first.fold(f64::INFINITY, f64::min)
+    }
+
     /// When each section has an open nozzle.
     pub fn section_open(&self, flows: &[Flow]) -> Vec<Spans> {
         let of_section = |section: usize| {

@@ -61,6 +61,18 @@ pub enum Settling {
     NoStep,
 }
 
+impl Settling {
+    /// In words: what stands in the place of a number of seconds.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Settled => "settled",
+            Self::NotSettled => "not settled",
+            Self::RunEnded => "not settled at the end",
+            Self::NoStep => "no step",
+        }
+    }
+}
+
 /// The error in a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {

@@ -14,7 +14,7 @@ use crate::zones;
 pub enum Rule {
     /// The master switch is off.
     Master,
-    /// The driver holds the valves shut.
+    /// The driver's override asks for all valves shut.
     Override,
     /// Nothing is left in the tank.
     TankEmpty,

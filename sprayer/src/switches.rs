@@ -7,7 +7,7 @@ use crate::span::Spans;
 pub struct Switches {
     /// The master switch is off.
     pub master_off: Spans,
-    /// The driver holds the valves shut.
+    /// The driver's override asks for all valves shut.
     pub held_shut: Spans,
     /// The tank is empty.
     pub tank_empty: Spans,

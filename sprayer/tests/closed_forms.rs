@@ -112,6 +112,31 @@ fn a_delay_of_160_ms_at_one_and_a_half_metres_a_second_is_0_24_m() {
 }
 
 #[test]
+fn an_edge_before_any_command_could_act_is_wanted_and_neither_missed_nor_late() {
+    // A short wall that the nozzles pass from 0.1 s to 0.2 s, and a long one later.
+    let orchard = row(&[[-1.9, -1.8], [3.0, 5.0]]);
+    // By the dead time: which of the short wall's two edges nobody could have met.
+    for (on_ms, unmeetable) in [(0, [0, 0]), (99, [0, 0]), (150, [1, 0]), (199, [1, 0]), (300, [1, 1])] {
+        let valve = format!("on_ms = {on_ms}\noff_ms = {on_ms}\nrise_ms = 0\nfall_ms = 0");
+        let pass = pass(&valve, &orchard, 1.0);
+        let first = pass.section_wanted()[0].iter().next().expect("leaves pass");
+        assert!((first.from - 0.1).abs() < 1e-6 && (first.to - 0.2).abs() < 1e-6, "{first:?}");
+        for log in [oracle::commands(&pass), CommandLog::default()] {
+            let is_dead = log.all().is_empty();
+            let edges = Edges::of(&pass, &pass.flows(&log));
+            for (edge, unmeetable) in Edge::ALL.into_iter().zip(unmeetable) {
+                let found = edges.summary(|pair| pair.edge == edge);
+                let each = (found.wanted, found.unmeetable, found.missed, found.spurious);
+                let missed = if is_dead { 8 - 4 * unmeetable } else { 0 };
+                assert_eq!(each, (8, 4 * unmeetable, missed, 0), "{on_ms} ms, {edge:?}, dead: {is_dead}");
+                let worst_s = found.worst_s.unwrap_or_default();
+                assert!(worst_s < 1e-6, "{on_ms} ms: {edge:?} off by {worst_s} s");
+            }
+        }
+    }
+}
+
+#[test]
 fn gaps_of_75_mm_need_a_fast_valve_and_not_one_that_waits_for_its_period() {
     // A comb: leaf for 0.5 m, nothing for 75 mm.
     let teeth: Vec<[f64; 2]> =

@@ -47,6 +47,8 @@ enum To {
     Npy,
     /// Parquet
     Parquet,
+    /// Text of shots, as AMAPVox reads it
+    Amapvox,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -60,6 +62,25 @@ enum What {
     Shots,
 }
 
+impl To {
+    /// Refuses what a format has no place for.
+    fn holds(self, what: What) -> Result<(), Failure> {
+        let refused = |why: &str| Err(Failure::Usage(why.to_owned()));
+        match (self, what) {
+            (Self::Ply, What::Scans | What::Shots) => {
+                refused("PLY holds points: expected `--what points`, or another format for scans and shots")
+            }
+            (Self::Las, What::Scans) => {
+                refused("LAS holds points and shots: expected `--what points`, `--what shots`, or another format for scans")
+            }
+            (Self::Amapvox, What::Points | What::Scans) => {
+                refused("AMAPVox's text holds shots: expected `--what shots`")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 impl From<To> for TableFormat {
     fn from(to: To) -> Self {
         match to {
@@ -68,17 +89,13 @@ impl From<To> for TableFormat {
             To::Las => Self::Las,
             To::Npy => Self::Npy,
             To::Parquet => Self::Parquet,
+            To::Amapvox => Self::AmapVox,
         }
     }
 }
 
 pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
-    if args.what != What::Points && matches!(args.to, To::Ply | To::Las) {
-        return Err(Failure::Usage(
-            "PLY and LAS hold points: expected `--what points`, or another format for scans and shots"
-                .to_owned(),
-        ));
-    }
+    args.to.holds(args.what)?;
     if !matches!(args.file, Source::Recording { .. }) {
         return Err(Failure::Usage(format!("{} is live: `rowscan record` it first", args.file)));
     }

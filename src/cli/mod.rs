@@ -39,6 +39,7 @@ mod progress;
 mod proxy;
 mod record;
 mod recorded_speed;
+mod recorded_stream;
 mod recorder;
 mod recording_file;
 mod repair;
@@ -112,7 +113,7 @@ enum Command {
     Record(record::Args),
     /// Be the scanner that a recording was made with: it answers, and streams on time
     Replay(replay::Args),
-    /// Scans or points of a recording as CSV, PLY, LAS, NPY or Parquet
+    /// Scans, points or shots of a recording as CSV, PLY, LAS, NPY, Parquet or AMAPVox's text
     Export(export::Args),
     /// Recorded telegrams in words: MCAP, pcap, pcapng, raw bytes, hex text, telegrams as text
     Decode(decode::Args),
@@ -266,6 +267,7 @@ pub enum Failure {
         /// What was being read.
         what: String,
         /// What the system said.
+        #[source]
         cause: io::Error,
     },
     /// A scan that cannot be laid out.
@@ -425,10 +427,22 @@ pub fn report(ended: Result<Outcome, Failure>) -> ExitCode {
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
         }
         Err(failure) => {
-            say(format_args!("rowscan: {failure}"));
+            let remedy = missing_file(&failure).unwrap_or_default();
+            say(format_args!("rowscan: {failure}{remedy}"));
             ExitCode::from(failure.exit_code())
         }
     }
+}
+
+/// Where a file was looked for that is not there; none for any other failure. Errors of files that are read carry the system's as their source.
+fn missing_file(failure: &Failure) -> Option<String> {
+    let first: &(dyn std::error::Error + 'static) = failure;
+    let mut chain = std::iter::successors(Some(first), |error| error.source());
+    chain.find(|error| {
+        error.downcast_ref::<io::Error>().is_some_and(|cause| cause.kind() == io::ErrorKind::NotFound)
+    })?;
+    let folder = std::env::current_dir().ok()?;
+    Some(format!("; check the name: a relative path starts at {}", folder.display()))
 }
 
 /// True if nobody reads any more what is written, as the system said, or as a library did that was told so.

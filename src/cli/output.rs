@@ -133,6 +133,11 @@ pub(super) fn head<'a>(table: &mut Grid, names: impl IntoIterator<Item = &'a str
 /// A right-aligned number with so many decimals; a dash where it is unknown.
 pub(super) fn number(value: Option<f64>, decimals: usize) -> Cell {
     let text = value.map_or_else(|| "–".to_owned(), |value| unsigned_zero(format!("{value:.decimals$}")));
+    right(text)
+}
+
+/// A right-aligned text.
+pub(super) fn right(text: String) -> Cell {
     Cell::new(text).set_alignment(CellAlignment::Right)
 }
 

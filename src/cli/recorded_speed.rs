@@ -9,9 +9,10 @@ use rowscan_bus::nmea::SpeedReader;
 use rowscan_bus::pgn::tractor;
 use rowscan_driver::Source;
 use rowscan_protocol::nmea::NmeaLines;
-use rowscan_recording::{Packet, Recording, Side, StreamKind};
+use rowscan_recording::{Packet, ReadError, StreamKind};
 
 use super::Failure;
+use super::recorded_stream::read_beside;
 
 /// A speed not told for so long is lost: tractors tell it every 100 ms, receivers at least once a second.
 const STALE: Duration = Duration::from_secs(2);
@@ -42,23 +43,12 @@ impl RecordedSpeed {
         Ok(Some(speed))
     }
 
-    fn read(path: &Path, kind: StreamKind) -> Result<Self, rowscan_recording::ReadError> {
-        let mut recording = Recording::open(path)?;
+    fn read(path: &Path, kind: StreamKind) -> Result<Self, ReadError> {
         let mut reader = Reader::default();
         let mut told = Vec::new();
-        let mut first = None;
-        while let Some(packet) = recording.next_packet()? {
-            let of_kind = recording.streams().get(packet.stream).is_some_and(|stream| stream.kind == kind);
-            if !of_kind
-                || packet.from == Some(Side::Host)
-                || *first.get_or_insert(packet.stream) != packet.stream
-            {
-                continue;
-            }
-            let (Some(at_ns), Some(began_ns)) = (packet.at_ns, recording.began_ns()) else { continue };
-            let at = Duration::from_nanos(at_ns.saturating_sub(began_ns));
-            told.extend(reader.speed(kind, &packet).map(|speed| (at, speed)));
-        }
+        read_beside(path, kind, |at, packet| {
+            told.extend(reader.speed(kind, packet).map(|speed| (at, speed)));
+        })?;
         Ok(Self { told })
     }
 

@@ -54,7 +54,8 @@ pub(super) fn convert(
     recorder::tell(output, &recorded);
     Ok(match torn {
         Some(torn) => {
-            say(format_args!("{}: {torn}; {} holds what comes before", file.display(), name_of(output)));
+            let (file, part) = (file.display(), torn.read_part());
+            say(format_args!("{file}: {torn}; {} holds {part}", name_of(output)));
             Outcome::Finding
         }
         None => Outcome::Done,

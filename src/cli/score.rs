@@ -21,6 +21,9 @@ const NOT_MODELLED: &[&str] = &["air", "drift", "droplets", "run-off", "evaporat
 /// What more, of a boom without `[hydraulics]` and of one with it.
 const PRESSURE: [&str; 2] = ["pressure and hoses", "waves of pressure"];
 
+/// The row of the longest settling time.
+const SETTLING_S: &str = "rate_settling_s";
+
 /// Widths of the classes of speed, m/s.
 const SPEED_M_S: f64 = 0.5;
 
@@ -92,10 +95,18 @@ struct EdgeRow {
 #[derive(Debug, Serialize)]
 struct Row {
     what: String,
-    run: Option<f64>,
+    run: Option<Shown>,
     oracle: Option<f64>,
     share_of_oracle: Option<f64>,
-    beside: Option<f64>,
+    beside: Option<Shown>,
+}
+
+/// A number, or in a table the words in its place.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum Shown {
+    Number(f64),
+    Words(&'static str),
 }
 
 pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -146,7 +157,7 @@ pub(super) fn tell(
     match format {
         Format::Json | Format::Jsonl => print_json(format, &report)?,
         Format::Table | Format::Csv => {
-            print_rows(format, &report.rows())?;
+            print_rows(format, &report.rows(format))?;
             say(format_args!("interception is no dose; not modelled: {}", report.not_modelled.join(", ")));
         }
     }
@@ -233,8 +244,16 @@ impl Report {
         }
     }
 
+    /// A number of this run. Where it is none, a table says in words why, if there is a word for it.
+    fn shown(&self, what: &str, all: &[(String, Option<f64>)], format: Format) -> Option<Shown> {
+        let number = all.iter().find(|(name, _)| name == what).and_then(|(_, value)| *value);
+        let words = || self.rate.as_ref().filter(|_| what == SETTLING_S).map(|rate| rate.settling.words());
+        let words = || words().filter(|_| matches!(format, Format::Table)).map(Shown::Words);
+        number.map(Shown::Number).or_else(words)
+    }
+
     /// Its scores, and its edges over all sections and speeds.
-    fn rows(&self) -> Vec<Row> {
+    fn rows(&self, format: Format) -> Vec<Row> {
         let mine = self.numbers();
         let mut oracle = scores(&self.oracle);
         oracle.extend(self.interception.iter().flat_map(|found| intercepted(&found.oracle)));
@@ -249,11 +268,11 @@ impl Report {
         let all = mine.iter().chain(only_beside).map(|(what, _)| what);
         all.map(|what| Row {
             what: what.clone(),
-            run: find(&mine, what),
+            run: self.shown(what, &mine, format),
             oracle: find(&oracle, what),
             // Of others a share says nothing: of the best waste, 0, for example.
             share_of_oracle: find(&relative, what),
-            beside: find(&beside, what),
+            beside: self.beside.as_ref().and_then(|other| other.shown(what, &beside, format)),
         })
         .collect()
     }
@@ -264,9 +283,20 @@ impl Report {
             self.edges.iter().filter(|row| row.section.is_none() && row.from_m_s.is_none())
         {
             let EdgeSummary {
-                wanted, missed, spurious, p50_s, p95_s, worst_s, p50_m, p95_m, worst_m, ..
+                wanted,
+                missed,
+                unmeetable,
+                spurious,
+                p50_s,
+                p95_s,
+                worst_s,
+                p50_m,
+                p95_m,
+                worst_m,
+                ..
             } = summary;
-            let counts = [("wanted", wanted), ("missed", missed), ("spurious", spurious)];
+            let counts =
+                [("wanted", wanted), ("missed", missed), ("unmeetable", unmeetable), ("spurious", spurious)];
             all.extend(counts.map(|(name, count)| (format!("{edge}_{name}"), Some(*count as f64))));
             let ms = |value: &Option<f64>| value.map(|s| s * 1e3);
             all.extend(
@@ -306,7 +336,7 @@ impl Report {
             let rows = [
                 ("rate_mean_error", rate.mean),
                 ("rate_p95_error", rate.p95),
-                ("rate_settling_s", rate.settling_s),
+                (SETTLING_S, rate.settling_s),
                 ("rate_settling_at_least_s", rate.at_least_s),
                 ("rate_steps", count(rate.steps)),
                 ("rate_steps_unsettled", count(rate.unsettled)),

@@ -1,6 +1,6 @@
 //! A recording laid out for decoding: each direction of each stream as one run of bytes.
 
-use rowscan_recording::{Format, Joint, Packet, ReadError, Recording, Side, StreamKind};
+use rowscan_recording::{Format, Joint, Packet, ReadError, Recording, Side, StreamKind, Torn};
 
 use super::{Entry, MOST_LINES, Piece, Stream, TooLong, Verdict};
 
@@ -65,11 +65,17 @@ impl Input {
         // Of bytes as they are, the last line says it.
         let torn =
             recording.torn().filter(|_| !matches!(format, Format::Raw | Format::Hex)).map(|torn| Entry {
-                words: Some("the file is broken here".to_owned()),
+                words: Some(
+                    match torn.resumed {
+                        None => "the file is broken here",
+                        Some(_) => "the file is damaged here, and read on behind it",
+                    }
+                    .to_owned(),
+                ),
                 error_offset: Some(torn.offset),
                 expected: Some(torn.expected.to_owned()),
                 found: Some(torn.found.clone()),
-                ..Entry::new(&Stream::default(), torn.offset, bytes.saturating_sub(torn.offset), Verdict::Bad)
+                ..Entry::new(&Stream::default(), torn.offset, missing(torn, bytes), Verdict::Bad)
             });
         Ok(Self { format, connections, others, torn })
     }
@@ -113,6 +119,11 @@ fn other(kind: StreamKind, number: u32, began_ns: Option<u64>, packet: &Packet) 
         words: Some(words),
         ..Entry::new(&Stream::default(), 0, packet.bytes.len() as u64, Verdict::Opaque)
     }
+}
+
+/// Bytes that cannot be read, of a file with so many in its packets.
+fn missing(torn: &Torn, bytes: u64) -> u64 {
+    torn.resumed.map_or_else(|| bytes.saturating_sub(torn.offset), |resumed| resumed.bytes)
 }
 
 fn since(began_ns: Option<u64>, at_ns: Option<u64>) -> Option<f64> {

@@ -39,8 +39,7 @@ impl<W: Out> Writer<W> {
         builder.generating_software = format!("rowscan {}", env!("CARGO_PKG_VERSION"));
         let tenth = Transform { scale: 1e-4, offset: 0.0 };
         builder.transforms = Vector { x: tenth, y: tenth, z: tenth };
-        let failure = Failure::default();
-        let out = Lasting { out, failure: Arc::clone(&failure) };
+        let (out, failure) = Lasting::around(out);
         Ok(Self {
             out: las::Writer::new(out, builder.into_header()?)?,
             failure,
@@ -54,14 +53,6 @@ impl<W: Out> Writer<W> {
             source: find("point_source_id"),
             organ,
         })
-    }
-
-    /// What went wrong underneath.
-    fn failed(&self) -> Result<(), ExportError> {
-        match self.failure.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            Some(cause) => Err(cause.into()),
-            None => Ok(()),
-        }
     }
 }
 
@@ -87,13 +78,13 @@ impl<W: Out> TableWriter<W> for Writer<W> {
             extra_bytes: organ.map_or_else(Vec::new, |organ| organ.to_le_bytes().to_vec()),
             ..las::Point::default()
         })?;
-        self.failed()
+        self.failure.told()
     }
 
     fn finish(mut self: Box<Self>) -> Result<W, ExportError> {
         self.out.close()?;
-        self.failed()?;
-        Ok(self.out.into_inner()?.out)
+        self.failure.told()?;
+        Ok(self.out.into_inner()?.into_inner())
     }
 }
 
@@ -112,18 +103,38 @@ fn organ_record() -> Vlr {
     Vlr { user_id: "LASF_Spec".to_owned(), record_id: 4, description: "Extra bytes".to_owned(), data }
 }
 
-/// The first thing that went wrong.
-type Failure = Arc<Mutex<Option<io::Error>>>;
+/// The first thing that went wrong underneath.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Failure(Arc<Mutex<Option<io::Error>>>);
+
+impl Failure {
+    /// It, once.
+    pub(super) fn told(&self) -> Result<(), ExportError> {
+        match self.0.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            Some(cause) => Err(cause.into()),
+            None => Ok(()),
+        }
+    }
+}
 
 /// A file that is not written on after a failure, and says it is: `las::Writer` closes when dropped, and panics if that fails.
-struct Lasting<W> {
+pub(super) struct Lasting<W> {
     out: W,
     failure: Failure,
 }
 
 impl<W> Lasting<W> {
+    pub(super) fn around(out: W) -> (Self, Failure) {
+        let failure = Failure::default();
+        (Self { out, failure: failure.clone() }, failure)
+    }
+
+    pub(super) fn into_inner(self) -> W {
+        self.out
+    }
+
     fn keep<T>(&mut self, instead: T, act: impl FnOnce(&mut W) -> io::Result<T>) -> io::Result<T> {
-        let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut failure = self.failure.0.lock().unwrap_or_else(PoisonError::into_inner);
         if failure.is_some() {
             return Ok(instead);
         }

@@ -3,6 +3,7 @@
 //! A table is columns of numbers; a format is one file that writes them. Rows are written as they come, so a table takes no more
 //! memory than one row, or one row group of Parquet, however long it becomes.
 
+mod amapvox;
 #[cfg_attr(not(feature = "figures"), path = "no_converter.rs")]
 mod converter;
 mod csv;
@@ -11,6 +12,9 @@ mod figure_error;
 mod known;
 #[cfg(feature = "tables")]
 mod las;
+#[cfg(feature = "tables")]
+mod las_shots;
+pub mod map;
 pub(crate) mod npy;
 #[cfg(feature = "tables")]
 mod parquet;
@@ -19,6 +23,7 @@ mod ply;
 mod points;
 mod raster;
 mod scans;
+mod shot_columns;
 mod shots;
 
 use std::io::{Seek, Write};
@@ -35,6 +40,8 @@ pub use shots::{MoreEchoes, ShotRows};
 use rowscan_protocol::scan::Scan;
 
 use crate::feature::{Feature, MissingFeature};
+#[cfg(feature = "tables")]
+use shot_columns::ShotColumns;
 
 /// How the numbers of a column are written. Every kind of them has its place in a 64-bit float, which is what rows are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,12 +107,14 @@ pub enum TableFormat {
     Csv,
     /// Binary PLY, a vertex a row.
     Ply,
-    /// LAS 1.4, from the columns `x_m`, `y_m`, `z_m`.
+    /// LAS 1.4, from the columns `x_m`, `y_m`, `z_m`, or from those of shots.
     Las,
     /// One structured NumPy array.
     Npy,
-    /// Parquet, uncompressed.
+    /// Parquet, packed by Snappy.
     Parquet,
+    /// Text of shots, as AMAPVox reads it.
+    AmapVox,
 }
 
 /// Why a table could not be written in a format.
@@ -118,7 +127,7 @@ impl TableFormat {
     /// LAS and Parquet without the feature `tables`.
     pub fn check(self) -> Result<(), MissingFeature> {
         match self {
-            Self::Csv | Self::Ply | Self::Npy => Ok(()),
+            Self::Csv | Self::Ply | Self::Npy | Self::AmapVox => Ok(()),
             Self::Las => Feature::Tables.needed_by("LAS"),
             Self::Parquet => Feature::Tables.needed_by("Parquet"),
         }
@@ -131,6 +140,9 @@ impl TableFormat {
             // Text has a word for what is not known.
             Self::Csv => return Ok(Box::new(csv::Writer::new(out, table)?)),
             Self::Ply => Box::new(ply::Writer::new(out, table)?),
+            Self::AmapVox => return Ok(Box::new(amapvox::Writer::new(out, table)?)),
+            #[cfg(feature = "tables")]
+            Self::Las if ShotColumns::are_in(table) => Box::new(las_shots::Writer::new(out, table)?),
             #[cfg(feature = "tables")]
             Self::Las => Box::new(las::Writer::new(out, table)?),
             Self::Npy => Box::new(npy::Writer::new(out, table)?),

@@ -152,6 +152,39 @@ mod tests {
         assert!(apart_m(&rows(ShotRows::new(placing(0.0)), &scan()), &points) > 0.1);
     }
 
+    /// Models differ in their layers and in how they are mounted: an inclined layer is a cone, of which each beam has its own direction.
+    #[test]
+    fn an_echo_lies_where_its_point_does_for_every_layer_and_mount() {
+        use rowscan_protocol::rig::{Orientation, Roof, RowSide};
+
+        for layer_centideg in [-2200, -250, 0, 250, 4200] {
+            for row in [RowSide::Right, RowSide::Left] {
+                for orientation in [Orientation::Side, Orientation::Up] {
+                    for roof in [Roof::Forward, Roof::Backward] {
+                        let mount = Mount {
+                            row,
+                            orientation,
+                            roof: Some(roof),
+                            yaw_deg: 3.0,
+                            pitch_deg: -7.0,
+                            roll_deg: 11.0,
+                            ..Mount::default()
+                        };
+                        let rig = Rig { scanners: vec![mount], row_spacing_m: Some(4.0), ..Rig::default() };
+                        let placing = || Placing::new(Some(rig.clone()), 0, None);
+                        let scan = Scan { layer_centideg, ..scan() };
+                        let (shots, points) =
+                            (rows(ShotRows::new(placing()), &scan), rows(PointRows::new(placing()), &scan));
+                        let at = format!("{layer_centideg} {row:?} {orientation:?} {roof:?}");
+                        assert!(apart_m(&shots, &points) < 1e-9, "{at}: {} m", apart_m(&shots, &points));
+                        let length = |shot: &Vec<f64>| shot[3].hypot(shot[4]).hypot(shot[5]);
+                        assert!(shots.iter().all(|shot| (length(shot) - 1.0).abs() < 1e-9), "{at}");
+                    }
+                }
+            }
+        }
+    }
+
     #[test]
     fn a_scan_with_more_echoes_than_the_first_is_refused() {
         let mut shots = ShotRows::new(placing(0.0));

@@ -18,6 +18,7 @@ pub enum StudyFileError {
         /// The file.
         path: String,
         /// What the system said.
+        #[source]
         cause: std::io::Error,
     },
     /// It is not what it should be.

@@ -186,3 +186,25 @@ fn a_recording_is_not_recorded_again_by_an_estimate() {
     let said = refused(&["estimate", "run.mcap", "--record", crate::common::binary::text(&new)]);
     assert!(said.contains("rowscan record FILE -o NEW") && !new.exists(), "{said}");
 }
+
+#[test]
+fn whatever_reads_a_file_says_where_it_looked_for_one_that_is_not_there() {
+    let here = std::env::current_dir().expect("a working folder");
+    let commands: [&[&str]; 8] = [
+        &["estimate", "none.bin"],
+        &["record", "--info", "none.mcap"],
+        &["record", "--repair", "none.mcap", "-o", "-"],
+        &["replay", "none.mcap", "--tcp", "127.0.0.1:0"],
+        &["export", "none.mcap", "--to", "csv", "-o", "-"],
+        &["decode", "none.bin"],
+        &["bus", "decode", "none.log"],
+        &["emulate", "spindle", "--faults", "none.toml", "--tcp", "127.0.0.1:0"],
+    ];
+    for command in commands {
+        assert_says(&refused(command), &["none.", &format!("a relative path starts at {}", here.display())]);
+    }
+    assert_says(&refused(&["study", "run", "none.toml"]), &["none.toml", "a relative path starts at"]);
+    // What is there and cannot be read has another reason.
+    let folder = refused(&["decode", &here.join("src").to_string_lossy()]);
+    assert!(!folder.contains("a relative path"), "{folder}");
+}

@@ -145,6 +145,55 @@ while True:
         time.sleep(float(sys.argv[3]))
 "#;
 
+/// All that a check tells as JSON lines but for this machine's time.
+fn told_in_simulated_time(ended: &Ended) -> Vec<serde_json::Value> {
+    let line = |line: &str| {
+        let mut told: serde_json::Value = serde_json::from_str(line).expect("JSON");
+        told.as_object_mut().expect("an object").retain(|key, _| !key.contains("wall"));
+        told
+    };
+    ended.stdout.lines().map(line).collect()
+}
+
+/// A controller that ends by itself in the middle of the drive: how long this machine takes to end it, and to notice, is nothing of the run.
+#[test]
+fn ten_runs_of_a_controller_that_ends_by_itself_are_the_same() {
+    let times: &[&str] = if can_run() { &["host", "simulated"] } else { &["host"] };
+    if Command::new("python3").arg("--version").output().is_err() {
+        return;
+    }
+    for time in times {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [base, scene, controller] =
+            ["base.toml", "row.toml", "controller.py"].map(|name| scenarios().join(name));
+        let scenario = format!(
+            "use = {base:?}\nscene = {scene:?}\n\
+             run = [{{ id = \"sut\", command = [\"python3\", {controller:?}, \"{{left.tcp}}\", \"--quit-after\", \"20\"], time = \"{time}\", \
+             ready = {{ line = \"connected\" }} }}]\n\
+             expect = [{{ what = \"first_scan\", within_s = 0.1 }}, {{ what = \"exit_code\", equals = 1 }}, \
+             {{ what = \"scans_lost\", equals = 0 }}, {{ what = \"log\", matches = \"row done\", within_s = 1 }}]\n"
+        );
+        let path = folder.path().join("it.toml");
+        std::fs::write(&path, scenario).expect("written");
+        let runs: Vec<_> = (0..10)
+            .map(|_| {
+                let ended = run(&["check", text(&path), "--format", "jsonl"]);
+                assert_eq!(ended.code, Some(1), "{time}: {}{}", ended.stdout, ended.stderr);
+                told_in_simulated_time(&ended)
+            })
+            .collect();
+        let exited: Vec<_> = runs[0].iter().filter(|told| told["event"] == "sut.exited").collect();
+        assert_eq!(exited.len(), 1, "{time}: {:#?}", runs[0]);
+        // With the scan that was its last.
+        assert_eq!(exited[0]["t_s"], 0.4, "{time}");
+        let verdicts: Vec<_> = runs[0].iter().filter_map(|told| told["verdict"].as_str()).collect();
+        assert_eq!(verdicts, ["passed", "passed", "passed", "failed"], "{time}: {:#?}", runs[0]);
+        for (number, found) in runs.iter().enumerate().skip(1) {
+            assert_eq!(found, &runs[0], "{time}: run {} beside the first", number + 1);
+        }
+    }
+}
+
 /// Threads that wait for a queue and for each other, and a loop of events; their timers are due at the same instants as scans and as each other.
 #[test]
 fn ten_runs_decide_the_same_at_the_same_times() {

@@ -144,6 +144,39 @@ fn sections_set_by_a_task_controller_move_as_by_our_own_message() {
     assert!(seen > 2, "{set:?}");
 }
 
+/// The Python side asks for 64 packets at a time, so that any pool here needs several leaves to send: by TP up to 1785 bytes, by ETP beyond.
+#[test]
+fn a_pool_of_any_length_is_taken_in_parts_by_tp_and_by_etp() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenarios = scenarios(folder.path());
+    let boom = std::fs::read_to_string(scenarios.join("boom.toml")).expect("it is there");
+    for (sections, management, clear) in [(0, "1CEC91F7", 17), (12, "1CC891F7", 21)] {
+        // Above the trees: nothing there is wanted.
+        let more = (0..sections).map(|n| {
+            let z_m = 5.0 + 0.5 * f64::from(n);
+            let z_to_m = z_m + 0.5;
+            format!("[[section]]\nid = \"x{n}\"\nside = \"right\"\nz_from_m = {z_m}\nz_to_m = {z_to_m}\n")
+        });
+        std::fs::write(scenarios.join("long.toml"), boom.clone() + &more.collect::<String>())
+            .expect("written");
+        let scenario = "use = \"isobus.toml\"\nsprayer = { boom = \"long.toml\", isobus = \"can0\", tank_l = 400 }\n\
+            end = { row_m = 6 }\nexpect = [{ what = \"edges\", of = \"missed\", equals = 0 }, \
+            { what = \"log\", matches = \"client active\", within_s = 1 }]\n";
+        let path = scenarios.join("long-pool.toml");
+        std::fs::write(&path, scenario).expect("written");
+        let keep = folder.path().join(format!("kept-{sections}"));
+        let Some(found) = judged(&path, "none", &keep) else { return };
+        passes(&found);
+        let run = kept(&keep).1;
+        let log = std::fs::read_to_string(run.join("sut.log")).expect("it is kept");
+        let length =
+            log.split_once("object pool of ").and_then(|(_, rest)| rest.split(' ').next()?.parse().ok());
+        assert_eq!(length.map(|length: u32| length > 1784), Some(sections > 0), "{log}");
+        let asked = process_data(&run, management).into_iter().filter(|(_, data)| data[0] == clear).count();
+        assert_eq!(Some(asked as u32), length.map(|length| (length + 1).div_ceil(7).div_ceil(64)), "{log}");
+    }
+}
+
 #[test]
 fn a_task_controller_that_never_activates_leaves_the_boom_shut_and_one_that_reverses_sections_is_found() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -45,6 +45,7 @@ mod isobus;
 mod links;
 #[cfg(feature = "manual")]
 mod manual_pages;
+mod maps;
 mod mount_pose;
 mod mrs1000;
 mod multiscan;

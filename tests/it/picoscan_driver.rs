@@ -239,13 +239,13 @@ fn faults_of_rest_are_told_or_waited_for() {
         run(&args)
     };
     for (fault, said) in [
-        ("name = \"login\"", "status 10, HTTP 401"),
-        ("name = \"nonce_stale\"", "status 10, HTTP 401"),
-        ("name = \"too_many_requests\"", "status 11, HTTP 429"),
+        ("name = \"login\"", ["refused the login of `Service`", "status 10, HTTP 401"]),
+        ("name = \"nonce_stale\"", ["challenges go stale", "status 10, HTTP 401"]),
+        ("name = \"too_many_requests\"", ["takes no more requests (too many requests, HTTP 429)", "30 s"]),
     ] {
         let ended = estimated(fault);
         assert!(ended.code != Some(0), "{fault}");
-        assert_says(&ended.stderr, &["refused the login of `Service`", said]);
+        assert_says(&ended.stderr, &said);
     }
     // Over in a second of the host: the second pause outlasts it.
     let ended = estimated("name = \"too_many_requests\"\nfor = { s = 4 }");

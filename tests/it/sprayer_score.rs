@@ -159,6 +159,34 @@ fn a_run_beside_says_what_differs_and_has_all_rows_of_either() {
     assert!(rate.starts_with("rate_mean_error,,,,") && !rate.ends_with(','), "{rate}");
 }
 
+#[test]
+fn a_rate_that_did_not_settle_is_said_in_words_and_as_null_with_its_reason() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (_, whole) = kept(folder.path());
+    // Half as fast again as the flow was meant for: no step settles.
+    let file =
+        changed(folder.path(), "unsettled", &whole, |run| run["boom"]["rate"] = json!({ "at_m_s": 1.0 }));
+    let told = json_of(&score(&[text(&file)]));
+    let of = |key: &str| told["rate"][key].clone();
+    assert_eq!((of("settling_s"), of("settling")), (json!(null), json!("not_settled")), "{}", told["rate"]);
+    let row = |format: &str| {
+        let all = run(&["score", text(&file), "--format", format]).stdout;
+        all.lines()
+            .find(|line| line.contains("rate_settling_s"))
+            .unwrap_or_else(|| panic!("{all}"))
+            .to_owned()
+    };
+    assert!(row("table").contains("not settled"), "{}", row("table"));
+    assert!(row("csv").starts_with("rate_settling_s,,"), "{}", row("csv"));
+    // The oracle and this controller could meet all edges: none is said to be unmeetable.
+    let unmeetable = told["edges"].as_array().expect("edges").iter().map(|edges| edges["unmeetable"].clone());
+    assert!(
+        unmeetable.clone().count() > 0 && unmeetable.into_iter().all(|count| count == 0),
+        "{}",
+        told["edges"]
+    );
+}
+
 /// A row of one alley repeats before and behind itself; its own trees are told apart.
 #[test]
 fn the_rows_own_trees_are_told_apart_from_its_repetitions() {

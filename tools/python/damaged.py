@@ -78,40 +78,97 @@ class Fields:
 
 
 def records(data, at=0):
-    """Opcode and content of every record of a file or a chunk. A chunk that breaks off is given as far as it goes: it holds whole records."""
+    """Opcode and content of every record of a whole file or chunk."""
     while at < len(data):
-        if at + 9 > len(data):
-            raise Torn("the end inside a record's head")
-        opcode, length = data[at], int.from_bytes(data[at + 1:at + 9], "little")
-        at += 9
-        if at + length > len(data) and opcode != 0x06:
-            raise Torn("the end inside a record")
-        yield opcode, data[at:at + length]
-        at += length
+        length = int.from_bytes(data[at + 1:at + 9], "little")
+        yield data[at], data[at + 9:at + 9 + length]
+        at += 9 + length
 
 
 class Mcap:
-    """The device's bytes in a recording of one scanner, in stretches without a gap."""
+    """The device's bytes in a recording of one scanner, in stretches without a gap.
+
+    Behind damage the file is read on from where three records follow each other, or two up to the file's end. A chunk's head counts as a record, its records as
+    records of the file: the test writes without compression."""
 
     MAGIC = b"\x89MCAP0\r\n"
 
     def __init__(self, data):
-        self.sides, self.next, self.stretches = {}, {}, [b""]
+        self.data, self.sides, self.channels, self.next, self.stretches = data, {}, set(), {}, [b""]
+        at = len(self.MAGIC)
+        while at is not None:
+            size = self.size(at)
+            if size == "end":
+                break
+            follower = None if size is None else self.size(at + size)
+            if size is None:
+                at = self.found(at + 1, len(data))
+                continue
+            if follower is None and self.found(at + 1, at + size) is not None:
+                at = self.found(at + 1, at + size)
+                continue
+            if data[at] == 0x0F:
+                break
+            if data[at] != 0x06:
+                self.record(data[at], data[at + 9:at + size])
+            at += size
+
+    def size(self, at):
+        """Of the record there; None for none, "end" where the file ends before it does."""
+        if at + 9 > len(self.data):
+            return "end"
+        opcode, length = self.data[at], int.from_bytes(self.data[at + 1:at + 9], "little")
+        content = self.data[at + 9:at + 9 + length] if length < 2 ** 31 else b""
+        if opcode == 0 or (length > 64 * 2 ** 20 and opcode != 0x06):
+            return None
         try:
-            for opcode, content in records(data, len(self.MAGIC)):
-                if opcode == 0x0F:
-                    break
-                if opcode == 0x06:
-                    chunk = Fields(content)
-                    chunk.take(8 + 8 + 8 + 4)
-                    assert chunk.text() == "", "the test writes without compression"
-                    length = chunk.number(8)
-                    for inner, content in records(content[chunk.at:chunk.at + length]):
-                        self.record(inner, content)
-                else:
-                    self.record(opcode, content)
+            fields = Fields(content)
+            if opcode == 0x06:
+                fields.take(8 + 8 + 8 + 4)
+                return None if fields.text() or fields.number(8) > length - 40 else 9 + 40
+            if len(content) < length:
+                return "end"
+            self.parse(opcode, fields)
         except Torn:
-            pass
+            return None
+        return 9 + length
+
+    def parse(self, opcode, fields):
+        """Refuses what is no record of its kind."""
+        if opcode == 0x01:
+            fields.text(), fields.text()
+        elif opcode == 0x02:
+            fields.take(20)
+        elif opcode == 0x03:
+            if fields.number(2) == 0:
+                raise Torn("a schema without a number")
+            fields.text(), fields.text(), fields.take(fields.number(4))
+        elif opcode == 0x04:
+            fields.take(4), fields.text(), fields.text(), fields.map()
+        elif opcode == 0x05:
+            if fields.number(2) not in self.channels:
+                raise Torn("a message of a channel that is not known")
+            fields.take(20)
+        elif opcode == 0x07:
+            fields.take(2), fields.take(fields.number(4))
+        elif opcode == 0x0C:
+            fields.text(), fields.map()
+        elif opcode == 0x0F:
+            fields.take(4)
+
+    def found(self, begin, end):
+        """Where a chain of records begins, between two places."""
+        for at in range(begin, min(end, len(self.data))):
+            here, whole = at, 0
+            while whole < 3 and here < len(self.data) and 1 <= self.data[here] <= 15:
+                size = self.size(here)
+                if size is None or size == "end" or self.data[here] == 0x02:
+                    whole = 3 if whole > 1 and size == "end" or whole and self.data[here] == 0x02 else -9
+                    break
+                here, whole = here + size, whole + 1
+            if whole == 3 or (whole == 2 and here >= len(self.data)):
+                return at
+        return None
 
     def record(self, opcode, content):
         fields = Fields(content)
@@ -120,6 +177,7 @@ class Mcap:
             fields.number(2)
             fields.text()
             encoding, about = fields.text(), fields.map()
+            self.channels.add(number)
             if encoding == "bytes" and about.get("kind") == "cola" and "stream" in about:
                 self.sides.setdefault(number, about.get("from"))
         elif opcode == 0x05:

@@ -9,6 +9,7 @@ use rowscan_protocol::random::Stream;
 use rowscan_protocol::time::SimTime;
 use serde::{Deserialize, Serialize};
 
+use crate::earth::metres_per_degree;
 use crate::parameter::{ParameterError, require, require_within as within};
 use crate::trajectory::Motion;
 use crate::utc::utc_seconds;
@@ -275,17 +276,6 @@ fn longitude(deg: f64) -> f64 {
         west if west < -180.0 => west + 360.0,
         _ => deg,
     }
-}
-
-/// Metres per degree of latitude and of longitude, from the radii of curvature of the WGS 84 ellipsoid.
-fn metres_per_degree(latitude_deg: f64) -> (f64, f64) {
-    let (a, e2) = (6_378_137.0, 6.694_379_990_14e-3);
-    let latitude = latitude_deg.to_radians();
-    let sin = libm::sin(latitude);
-    let w2 = 1.0 - e2 * sin * sin;
-    let along_meridian = a * (1.0 - e2) / (w2 * libm::sqrt(w2));
-    let across = a / libm::sqrt(w2) * libm::cos(latitude);
-    (along_meridian.to_radians(), across.to_radians())
 }
 
 #[cfg(test)]

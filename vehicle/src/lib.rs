@@ -19,6 +19,7 @@
 //! assert_eq!(fix.speed_m_s, 1.5);
 //! ```
 
+pub mod earth;
 pub mod encoder;
 mod faults;
 pub mod gnss;

@@ -132,10 +132,14 @@ impl Tractor {
 
     /// How long it will have driven when it has come to this Y, as far as its drive is known now; none if that takes longer than an hour.
     pub fn drives_to(&self, y_m: f64) -> Option<Duration> {
-        const LONGEST_S: u32 = 3600;
+        self.drives_within(y_m, 3600)
+    }
+
+    /// The same; none if that takes longer than so many seconds.
+    pub fn drives_within(&self, y_m: f64, longest_s: u32) -> Option<Duration> {
         let driven = self.lock();
         let there = |t_s: f64| driven.trajectory.at(t_s).place.y_m >= y_m;
-        let until_s = (0..=LONGEST_S).map(f64::from).find(|t_s| there(*t_s))?;
+        let until_s = (0..=longest_s).map(f64::from).find(|t_s| there(*t_s))?;
         let (mut from_s, mut until_s) = ((until_s - 1.0).max(0.0), until_s);
         // To a microsecond.
         while until_s - from_s > 1e-6 {

@@ -6,8 +6,14 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
+use rowscan_emulator::Rig;
+use rowscan_emulator::clock::TimeScale;
+use rowscan_vehicle::Tractor;
+use rowscan_vehicle::trajectory::Trajectory;
+
 use super::*;
 use crate::jitter::Jitter;
+use crate::journal::Journal;
 use crate::output::Match;
 use crate::runner::ChildRecord;
 use crate::verdict::Verdict;
@@ -170,6 +176,54 @@ fn log_lines() {
     ]);
 }
 
+/// A journal of a drive that has begun at `began_s`.
+pub(crate) fn journal(began_s: Option<u64>) -> Journal {
+    let tractor = Tractor::new(Trajectory::straight(0.0, 1.0));
+    began_s.into_iter().for_each(|began_s| tractor.begin(SimTime(began_s * SECOND)));
+    Journal::new(Rig::new(tractor.clone(), TimeScale::Max).clock(), tractor)
+}
+
+#[test]
+fn without_an_event_seconds_count_from_the_start_of_the_drive() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // The host took nine seconds to start children.
+    let judged = |expect: &str, began_s: Option<u64>, at_ms: u64| {
+        let at = SimTime(at_ms * SECOND / 1000);
+        let mut run = record(folder.path());
+        (run.journal, run.ended) = (Some(journal(began_s)), SimTime(20 * SECOND));
+        run.streams.get_mut("left").expect("watched").scan_times = vec![at];
+        run.events.insert(3, event("sut.started", 2.0));
+        let matches = vec![Match { at, value: None }];
+        run.children.get_mut("sut").expect("there").matches.insert(0, matches);
+        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path())
+    };
+    for what in ["first_scan\"", "log\", matches = \"x\""] {
+        let within = format!("what = \"{what}, within_s = 2");
+        let all = [100, 8900, 9000, 10_900, 11_000].map(|at_ms| judged(&within, Some(9), at_ms).0);
+        assert_eq!(all, [Passed; 5], "{what}: before the drive, and in its first two seconds");
+        assert_eq!(judged(&within, Some(9), 11_100).0, Failed, "{what}");
+        assert_eq!(judged(&within, Some(0), 2100).0, Failed, "{what}: the drive began at once");
+        // Whatever came in a run without a drive came before any drive.
+        assert_eq!(judged(&within, None, 19_000).0, Passed, "{what}");
+        // An event is counted from as it was.
+        let after = format!("what = \"{what}, after = \"sut.started\", within_s = 2");
+        assert_eq!(
+            (judged(&after, Some(9), 3900).0, judged(&after, Some(9), 4100).0),
+            (Passed, Failed),
+            "{what}"
+        );
+    }
+    let (_, why) = judged("what = \"log\", matches = \"x\", within_s = 2", Some(9), 11_132);
+    assert!(
+        why.contains(
+            "only at 11.132 s; expected by 11.000 s, counted from the start of the drive at 9.000 s"
+        ),
+        "{why}"
+    );
+    let (_, why) = judged("what = \"first_scan\", within_s = 2", Some(9), 8900);
+    assert!(why.contains("0.100 s before the drive"), "{why}");
+}
+
 #[test]
 fn files() {
     holds(&[
@@ -219,6 +273,18 @@ fn what_was_open_when_a_controller_crashed_is_not_judged() {
     assert_eq!(judged(lost, 3, 0.8), Error);
     assert_eq!(judged("what = \"scans_lost\", equals = 0", 3, 0.8), Error, "and no failure");
     assert_eq!(judged(lost, 0, 0.8), Passed, "one that has done its work");
+    // What it said last tells why.
+    let mut run = record(folder.path());
+    run.events.insert(3, event("sut.exited", 0.8));
+    let child = run.children.get_mut("sut").expect("there");
+    child.tail = "Traceback:\n  line 3\nNo such file: x\n\n".to_owned();
+    let (_, why) = verdict(lost, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path());
+    assert!(
+        why.starts_with(
+            "`sut` had crashed at 0.800 s, with code 3 (it last said: No such file: x); until then: "
+        ),
+        "{why}"
+    );
     // Decided before.
     assert_eq!(judged("what = \"first_scan\", within_s = 0.03", 3, 0.8), Passed);
     assert_eq!(judged("what = \"first_scan\", within_s = 0.01", 3, 0.8), Failed);

@@ -6,8 +6,7 @@ use rowscan_strict_toml::suggestion;
 
 use super::{Expect, Scenario};
 use crate::fault::ScenarioFault;
-use crate::journal::END;
-use crate::judged;
+use crate::journal::{END, row_place};
 use crate::what::Kind;
 
 /// Events of a device.
@@ -72,7 +71,7 @@ impl Events {
         // Counts go from event to event, in their order.
         let may_be_place = !matches!(expect.what.kind, Kind::Count(_));
         for (key, name) in expect.after.iter().map(|after| ("after", after)).chain(between) {
-            if key == "after" && may_be_place && judged::row_place(name).is_some() {
+            if key == "after" && may_be_place && row_place(name).is_some() {
                 continue;
             }
             if !self.names.contains(name) {

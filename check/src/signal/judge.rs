@@ -4,19 +4,11 @@ use rowscan_protocol::time::SimTime;
 
 use super::course::Course;
 use super::{Must, Sample, Source, series};
-use crate::judged::{Judged, from_event, in_time, seconds_after, the_one};
+use crate::judged::{Judged, Window, in_time, seconds_after, the_one};
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, Scenario};
 
 type Result = std::result::Result<Judged, String>;
-
-/// A window of a run.
-#[derive(Clone, Copy)]
-struct Window {
-    from: SimTime,
-    /// When the run ended.
-    ended: SimTime,
-}
 
 /// Judges what a signal did.
 pub(crate) fn judge(number: usize, expect: &Expect, run: &RunRecord, without: Option<&RunRecord>) -> Result {
@@ -26,7 +18,7 @@ pub(crate) fn judge(number: usize, expect: &Expect, run: &RunRecord, without: Op
     let name = keys.name.as_str();
     let samples = source.samples(number, run)?;
     let course = Course(&samples);
-    let window = Window { from: start(expect, run)?, ended: run.ended };
+    let window = Window::of(expect.after.as_ref(), run)?;
     if let Some(without) = without {
         return as_without(expect, (name, course, window), &source.samples(number, without)?, without);
     }
@@ -48,14 +40,6 @@ pub(crate) fn judge(number: usize, expect: &Expect, run: &RunRecord, without: Op
     }
 }
 
-/// From when on it counts: an event, or the start of the drive.
-fn start(expect: &Expect, run: &RunRecord) -> std::result::Result<SimTime, String> {
-    match &expect.after {
-        Some(_) => from_event(expect.after.as_ref(), run),
-        None => Ok(run.journal.as_ref().and_then(crate::journal::Journal::began).unwrap_or(SimTime::ZERO)),
-    }
-}
-
 /// What its value must be, in words.
 fn words(expect: &Expect, source: &Source) -> String {
     let named = expect.equals_text.as_ref().map(|name| format!("\"{name}\" ("));
@@ -73,11 +57,11 @@ fn told(sample: Option<Sample>) -> String {
     }
 }
 
-type Heard<'a> = (&'a str, Course<'a>, Window);
+type Heard<'a> = (&'a str, Course<'a>, Window<'a>);
 
 /// The value must be so: within a time, for a time, or all the time.
 fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Result {
-    let Window { from, ended } = window;
+    let Window { from, ended, .. } = window;
     let hold = |value| expect.bounds.hold(value);
     let long = expect.signal.as_ref().and_then(|keys| keys.must.for_s);
     let of_long = long.map_or(String::new(), |seconds| format!(" for {seconds} s"));
@@ -134,7 +118,7 @@ fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Res
                 false,
                 format!(
                     "expected {name} {words}{of_long} within {within_s} s, found it never so to the end of the run; its last value is {}",
-                    told(last)
+                    last.map_or("unknown, for it was never heard".to_owned(), |last| told(Some(last)))
                 ),
             )
             .at(due)
@@ -144,19 +128,18 @@ fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Res
 
 /// A message must come.
 fn comes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
-    let due = seconds_after(window.from, expect.within_s.unwrap_or_default());
-    let next = course.within(window.from, window.ended).first();
-    let after = |at: SimTime| at.as_secs_f64() - window.from.as_secs_f64();
     let within_s = expect.within_s.unwrap_or_default();
+    let due = window.due(within_s);
+    let next = course.within(window.opens, window.ended).first();
     Ok(match next {
         Some(sample) if in_time(sample.at, due) => {
-            Judged::holds(true, format!("{name} is heard after {:.3} s", after(sample.at)))
+            Judged::holds(true, format!("{name} is heard {}", window.told(sample.at)))
                 .at(sample.at)
                 .due(due, sample.at)
         }
         Some(sample) => Judged::holds(
             false,
-            format!("expected {name} within {within_s} s, heard only after {:.3} s", after(sample.at)),
+            format!("expected {name} within {within_s} s, heard only {}", window.told(sample.at)),
         )
         .at(due)
         .due(due, sample.at),
@@ -167,7 +150,7 @@ fn comes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
 
 /// The value must become another one.
 fn changes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
-    let Window { from, ended } = window;
+    let Window { from, ended, .. } = window;
     let due = expect.within_s.map_or(ended, |seconds| seconds_after(from, seconds));
     let all = course.within(from, ended);
     let base = course.before(from).or(all.first().copied());
@@ -196,7 +179,7 @@ fn changes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
 
 /// The value must never be so, or never change.
 fn never_so((name, course, window): Heard<'_>, expect: &Expect, change: bool, words: &str) -> Judged {
-    let Window { from, ended } = window;
+    let Window { from, ended, .. } = window;
     let all = course.within(from, ended);
     let base = course.before(from);
     let found = if change {
@@ -307,7 +290,7 @@ fn as_without(
     other: &[Sample],
     without: &RunRecord,
 ) -> Result {
-    let from = start(expect, without).unwrap_or(window.from);
+    let from = Window::of(expect.after.as_ref(), without).map_or(window.from, |window| window.from);
     let pick = |course: Course<'_>, from: SimTime, ended: SimTime| Course(course.within(from, ended)).steps();
     let (found, wanted) = (pick(course, window.from, window.ended), pick(Course(other), from, without.ended));
     if found.is_empty() || wanted.is_empty() {

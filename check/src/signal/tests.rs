@@ -6,7 +6,7 @@ use rowscan_bus::{CanFrame, CanId};
 use rowscan_protocol::time::SimTime;
 
 use crate::frames::{BusRecord, Carried};
-use crate::judge::tests::record;
+use crate::judge::tests::{journal, record};
 use crate::judge::{Runs, judge};
 use crate::output::Match;
 use crate::runner::RunRecord;
@@ -83,6 +83,27 @@ fn section(cases: &[(&str, Verdict)]) {
     for (keys, expected) in cases {
         holds(&[(&format!("{SECTION}, {keys}"), *expected)]);
     }
+}
+
+#[test]
+fn without_an_event_a_message_before_the_drive_is_in_time_and_seconds_count_from_its_start() {
+    let judged = |keys: &str, at_ms: &[u64]| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let keys = format!("{SECTION}, {keys}");
+        let scenario = scenario(folder.path(), &keys).unwrap_or_else(|why| panic!("{keys}: {why}"));
+        let frames = at_ms.iter().map(|ms| nozzles(*ms, 0, 20)).collect();
+        let mut run = run(folder.path(), frames);
+        (run.journal, run.ended) = (Some(journal(Some(9))), SimTime(20_000 * MS));
+        let tried = Runs { all: vec![run], without_faults: None, bless: false };
+        judge(&scenario, 0, &scenario.expects[0], &tried).verdict
+    };
+    let comes = [100, 8900, 10_900, 11_100].map(|ms| judged("within_s = 2", &[ms]));
+    assert_eq!(comes, [Passed, Passed, Passed, Failed]);
+    let is_so = [100, 10_900, 11_100].map(|ms| judged("equals = 0, within_s = 2", &[ms]));
+    assert_eq!(is_so, [Passed, Passed, Failed]);
+    // What is heard until 9 s after the start of time is no noise of the drive.
+    let silent = [8900, 10_900, 11_100].map(|ms| judged("silent = true, within_s = 2", &[ms]));
+    assert_eq!(silent, [Passed, Passed, Failed]);
 }
 
 #[test]

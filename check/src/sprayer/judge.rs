@@ -1,13 +1,13 @@
 //! What is expected of a sprayer, judged.
 
 use rowscan_protocol::time::SimTime;
-use rowscan_sprayer::edges::EdgePair;
+use rowscan_sprayer::edges::{EdgePair, EdgeSummary};
 use rowscan_sprayer::rate::Settling;
 use rowscan_sprayer::safety::{Rule, is_already_safe, time_to_safe_s};
 use rowscan_sprayer::{Edge, Rate, Spans};
 
 use super::run::SprayerRun;
-use crate::judged::{Judged, from_event, seconds_after};
+use crate::judged::{Judged, Window};
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, ValveState};
 use crate::verdict::Verdict;
@@ -63,25 +63,35 @@ fn bounded(expect: &Expect, found: Option<f64>, best: Option<f64>, why: &str) ->
 fn latency(expect: &Expect, sprayer: &SprayerRun) -> Result {
     let most_m = expect.p95_below.unwrap_or_default();
     let edge = expect.edge;
-    let p95_m =
-        sprayer.edges.p95_with_missed_m(edge).ok_or("`latency_error_m`: unknown: no edge was wanted")?;
+    let none = "`latency_error_m`: unknown: no edge was wanted that could be met";
+    let p95_m = sprayer.edges.p95_with_missed_m(edge).ok_or(none)?;
     let of = sprayer.edges.summary(|pair| edge.is_none_or(|edge| edge == pair.edge));
     let told = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:+.3} m"));
     let p95 = if p95_m.is_finite() { format!("{p95_m:.3} m") } else { "a missed edge".to_owned() };
     let message = format!(
-        "latency error{}: expected a 95th percentile below {most_m} m, found {p95}; median {}, {} of {} wanted edges missed, {} spurious",
+        "latency error{}: expected a 95th percentile below {most_m} m, found {p95}; median {}, {} of {} wanted edges missed, {} spurious{}",
         edge.map_or(String::new(), |edge| format!(" of {}", edge.name())),
         told(of.p50_m),
         of.missed,
         of.wanted,
         of.spurious,
+        unmeetable(&of),
     );
     let is_off = |pair: &EdgePair| {
         pair.wanted_s.is_some()
+            && !pair.unmeetable
             && edge.is_none_or(|edge| edge == pair.edge)
             && pair.late_m.is_none_or(|late_m| late_m.abs() >= most_m)
     };
     Ok(beside_first(Judged::holds(p95_m < most_m, message), sprayer, is_off))
+}
+
+/// How many edges nobody could have met, in words; nothing where there are none.
+fn unmeetable(of: &EdgeSummary) -> String {
+    match of.unmeetable {
+        0 => String::new(),
+        count => format!(", {count} of them unmeetable: wanted before any command could open the section"),
+    }
 }
 
 /// What failed is told with the first of these edges: its section, its time, and where the tractor was.
@@ -119,10 +129,14 @@ fn edges(expect: &Expect, sprayer: &SprayerRun) -> Result {
         Some("spurious") => (of.spurious, "spurious edges", [false, true]),
         Some(other) => return Err(format!("`of`: expected \"missed\" or \"spurious\", found \"{other}\"")),
     };
-    let message =
-        format!("{what}: expected {}, found {found} beside {} wanted ones", expect.bounds.words(), of.wanted);
+    let message = format!(
+        "{what}: expected {}, found {found} beside {} wanted ones{}",
+        expect.bounds.words(),
+        of.wanted,
+        unmeetable(&of)
+    );
     let counts = |pair: &EdgePair| {
-        let is_one = (is_missed && pair.delivered_s.is_none()) || (is_spurious && pair.wanted_s.is_none());
+        let is_one = (is_missed && pair.is_missed()) || (is_spurious && pair.wanted_s.is_none());
         is_one && edge.is_none_or(|edge| edge == pair.edge)
     };
     Ok(beside_first(Judged::holds(expect.bounds.hold(found as f64), message), sprayer, counts))
@@ -130,8 +144,8 @@ fn edges(expect: &Expect, sprayer: &SprayerRun) -> Result {
 
 fn valves(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
     let wanted = expect.all.ok_or("`valves` expects nothing yet; add `all`")?;
-    let from = from_event(expect.after.as_ref(), run)?;
-    let due = seconds_after(from, expect.within_s.unwrap_or_default());
+    let window = Window::of(expect.after.as_ref(), run)?;
+    let (from, due) = (window.from, window.due(expect.within_s.unwrap_or_default()));
     if due > run.ended {
         return Err(format!(
             "the run ended at {:.3} s, before `within_s` was over; move `end`",
@@ -165,7 +179,7 @@ fn valves(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
 
 fn time_to_safe(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
     let after = expect.after.as_ref().ok_or("`time_to_safe_s` counts from an event; add `after`")?;
-    let from = from_event(Some(after), run)?;
+    let from = Window::of(Some(after), run)?.from;
     let over = format!("{after}.end");
     let end =
         run.events.iter().find(|event| event.event == over).map_or(run.ended, crate::journal::Event::at);
@@ -214,7 +228,7 @@ fn forbidden(expect: &Expect, sprayer: &SprayerRun) -> Result {
 }
 
 fn rate_error(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
-    let from_s = from_event(expect.after.as_ref(), run)?.as_secs_f64();
+    let from_s = Window::of(expect.after.as_ref(), run)?.opens.as_secs_f64();
     let asked = expect.on.as_deref().unwrap_or("p95");
     let unknown = |why: &str| format!("`rate_error` of `{asked}`: unknown: {why}");
     let rate = || {
@@ -253,7 +267,11 @@ fn rate_error(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result 
         }
         _ => (rate()?.p95.ok_or_else(|| unknown(none_open))?, String::new()),
     };
-    let message = format!("rate error, {asked}: expected {}, found {found:.4}{also}", expect.bounds.words());
+    let shown = match found.is_finite() {
+        true => format!("{found:.4}"),
+        false => Settling::NotSettled.words().to_owned(),
+    };
+    let message = format!("rate error, {asked}: expected {}, found {shown}{also}", expect.bounds.words());
     Ok(Judged::holds(expect.bounds.hold(found), message))
 }
 

@@ -18,7 +18,7 @@ use rowscan_protocol::host::{DeviceInfo, Refusal};
 use rowscan_protocol::lms2xx::Rate;
 use rowscan_recording::Tap;
 
-use self::session::{DATAGRAMS, LOGIN, PicoSession};
+use self::session::{DATAGRAMS, LOGIN, PAUSES, PicoSession};
 use self::stream::{PicoStream, UdpError};
 use crate::config::DriverConfig;
 use crate::endpoint::{Endpoint, Opening};
@@ -101,8 +101,12 @@ impl Endpoint for PicoEndpoint {
 
     fn refused(&self, command: &'static str, error: Option<Refusal>) -> DriverError {
         let (address, code) = (self.place.address.clone(), error.unwrap_or(NOTHING));
-        match command {
-            LOGIN => DriverError::Login { address, user: self.place.user.clone(), code },
+        match (command, code) {
+            (_, Refusal::TooMany { .. }) => {
+                DriverError::TooManyRequests { address, code, waited: PAUSES.iter().sum() }
+            }
+            (_, Refusal::StaleNonce { .. }) => DriverError::StaleNonce { address, code },
+            (LOGIN, _) => DriverError::Login { address, user: self.place.user.clone(), code },
             _ => DriverError::Refused { address, command, code },
         }
     }

@@ -26,7 +26,7 @@ const INVALID_CHALLENGE: u64 = 10;
 /// `header.status` of too many requests.
 const TOO_MANY: u64 = 11;
 /// Pauses before a request that was one too many is made again.
-const PAUSES: [Duration; 3] =
+pub(super) const PAUSES: [Duration; 3] =
     [Duration::from_millis(500), Duration::from_millis(1000), Duration::from_millis(2000)];
 /// Numbers of salt that are believed.
 const MAX_SALT: usize = 64;
@@ -42,6 +42,8 @@ pub(crate) struct PicoSession {
     /// How often the step's login was refused, and how often it was one request too many.
     refused: u32,
     too_many: usize,
+    /// A login was taken: the password is right.
+    is_known: bool,
     info: DeviceInfo,
     listener: CompactListener,
     events: VecDeque<HostEvent>,
@@ -83,6 +85,7 @@ impl PicoSession {
             state: State::Next(None),
             refused: 0,
             too_many: 0,
+            is_known: false,
             info: DeviceInfo { ident: String::new(), firmware: String::new(), language: Language::Compact },
             listener: CompactListener::default(),
             events: (!has_mode).then_some(limited).into_iter().collect(),
@@ -123,7 +126,7 @@ impl PicoSession {
         let body: Value = serde_json::from_slice(&body).unwrap_or_default();
         let status = body.pointer("/header/status").and_then(Value::as_u64);
         if code == 429 || status == Some(TOO_MANY) {
-            return self.too_many(now, Refusal::Rest { status, http: code });
+            return self.too_many(now, code);
         }
         match (for_challenge, status) {
             (true, Some(0)) => match self.header(&body) {
@@ -131,13 +134,17 @@ impl PicoSession {
                 None => self.refuse(LOGIN, Refusal::Rest { status, http: code }, true),
             },
             (true, _) => self.refuse(LOGIN, Refusal::Rest { status, http: code }, true),
-            // A nonce may have gone stale on its way: once more, and then it is the password.
+            // A nonce may have gone stale on its way: once more, with a fresh one. Then it is the password, unless that was taken before.
             (false, Some(INVALID_CHALLENGE)) if self.refused == 0 => {
                 self.refused += 1;
                 self.state = State::Next(None);
             }
             (false, Some(INVALID_CHALLENGE)) => {
-                self.refuse(LOGIN, Refusal::Rest { status, http: code }, true);
+                let refusal = match self.is_known {
+                    true => Refusal::StaleNonce { http: code },
+                    false => Refusal::Rest { status, http: code },
+                };
+                self.refuse(LOGIN, refusal, true);
             }
             (false, Some(0)) => self.done(&body),
             (false, _) => {
@@ -151,6 +158,7 @@ impl PicoSession {
     /// The step is done.
     fn done(&mut self, body: &Value) {
         let Some(step) = self.steps.pop_front() else { return };
+        self.is_known |= step.data.is_some();
         let text = |pointer: &str| body.pointer(pointer).and_then(Value::as_str).unwrap_or_default();
         match step.name {
             // Real devices wrap structs by their name; the schema shows them bare.
@@ -186,13 +194,13 @@ impl PicoSession {
         self.begin();
     }
 
-    fn too_many(&mut self, now: Duration, refusal: Refusal) {
+    fn too_many(&mut self, now: Duration, http: u16) {
         match PAUSES.get(self.too_many) {
             Some(pause) => {
                 self.too_many += 1;
                 self.state = State::Next(Some(now.saturating_add(*pause)));
             }
-            None => self.refuse(LOGIN, refusal, true),
+            None => self.refuse(LOGIN, Refusal::TooMany { http }, true),
         }
     }
 

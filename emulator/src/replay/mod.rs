@@ -43,6 +43,7 @@ pub enum ReplayError {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
+        #[source]
         cause: ReadError,
     },
     /// Nothing in it that a device sends by itself.

@@ -11,7 +11,7 @@ use rowscan_protocol::rig::Rig;
 use rowscan_protocol::telegram::device_ident::DeviceIdent;
 use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Method, Telegram, Variable};
-use rowscan_recording::{About, RecordedFrame, Side, Soundness, StreamInfo, StreamKind};
+use rowscan_recording::{About, RecordedFrame, Side, Soundness, StreamInfo, StreamKind, Torn};
 
 use super::timed_frames::TimedFrames;
 use super::traces::Traces;
@@ -26,8 +26,8 @@ pub struct Survey {
     pub about: About,
     /// Its streams, in the file's order.
     pub parts: Vec<Part>,
-    /// Where the file breaks off, in words.
-    pub torn: Option<String>,
+    /// What of the file cannot be read.
+    pub torn: Option<Torn>,
     /// How much of it can be read.
     pub soundness: Soundness,
 }
@@ -181,7 +181,7 @@ impl Survey {
             part.take_polls();
             part.scans += part.compact.finish();
         }
-        let torn = recording.torn().map(ToString::to_string);
+        let torn = recording.torn().cloned();
         let (about, soundness) = (recording.about().clone(), recording.soundness());
         Ok(Self { path: path.to_owned(), about, parts, torn, soundness })
     }

@@ -15,6 +15,15 @@ pub fn begins(bytes: &[u8]) -> bool {
     matches!(rest, [1 | 2 | 4, 0, 0, 0, ..])
 }
 
+/// True if so few bytes may be the beginning of one.
+fn may_begin(bytes: &[u8]) -> bool {
+    bytes.iter().enumerate().all(|(at, byte)| match at {
+        0..4 => START.get(at) == Some(byte),
+        4 => matches!(byte, 1 | 2 | 4),
+        _ => *byte == 0,
+    })
+}
+
 /// What a stretch of the stream is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Found {
@@ -57,6 +66,8 @@ pub struct StreamDecoder {
 struct Stretch {
     offset: u64,
     len: usize,
+    /// Bytes of the telegram that it begins with, where that is whole and does not check.
+    claimed: usize,
     error: CompactError,
 }
 
@@ -84,6 +95,14 @@ impl StreamDecoder {
         self.rest().len()
     }
 
+    /// Of these, bytes of a telegram whose rest may still come: the end of one that is whole and does not check is none.
+    pub fn unfinished(&self) -> usize {
+        let rest = self.rest();
+        let Some(bad) = &self.bad else { return rest.len() };
+        let behind = rest.get(bad.claimed.saturating_sub(bad.len)..).unwrap_or_default();
+        (0..behind.len()).filter_map(|at| behind.get(at..)).find(|end| may_begin(end)).map_or(0, <[u8]>::len)
+    }
+
     /// The next stretch; none until more bytes come.
     pub fn next_found(&mut self) -> Option<Found> {
         if self.bad.is_none() {
@@ -91,12 +110,16 @@ impl StreamDecoder {
             if rest.is_empty() || rest.len() < HEAD && !self.finished {
                 return None;
             }
+            let mut claimed = 0;
             let error = match length(rest) {
                 Ok(Some(len)) => match rest.get(..len).map(Telegram::decode) {
                     Some(Ok(telegram)) => {
                         return Some(Found::Telegram { offset: self.pass(len), len, telegram });
                     }
-                    Some(Err(error)) => error,
+                    Some(Err(error)) => {
+                        claimed = len;
+                        error
+                    }
                     None if self.finished => ends_early(rest, len),
                     None => return None,
                 },
@@ -104,7 +127,7 @@ impl StreamDecoder {
                 Ok(None) => return None,
                 Err(error) => error,
             };
-            self.bad = Some(Stretch { offset: self.pass(1), len: 1, error });
+            self.bad = Some(Stretch { offset: self.pass(1), len: 1, claimed, error });
         }
         self.end_of_bad()
     }
@@ -132,7 +155,7 @@ impl StreamDecoder {
         if !is_over {
             return None;
         }
-        self.bad.take().map(|Stretch { offset, len, error }| Found::Bad { offset, len, error })
+        self.bad.take().map(|Stretch { offset, len, error, .. }| Found::Bad { offset, len, error })
     }
 }
 

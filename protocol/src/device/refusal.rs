@@ -102,7 +102,7 @@ const fn line(
 /// One line a fault and command.
 #[rustfmt::skip]
 pub static REFUSALS: &[Refusal] = &[
-    line("any", Fault::NoCommand, "letters that are no command", SopasError::UnknownColaCommand, Assumed, "sRIO"),
+    line("any", Fault::NoCommand, "an unknown kind of command", SopasError::UnknownColaCommand, Assumed, "sRIO"),
     line("sRN, sWN", Fault::NoVariable, "no such variable", SopasError::UnknownVariable, Recorded("LMS511, fields 12 to 29"), "sRN NoSuchVariable"),
     line("sRI", Fault::NoVariable, "any index but 0", SopasError::UnknownVariable, Assumed, "sRI 7"),
     line("sRN fieldNNN", Fault::NoVariable, "a slot beyond the model's", SopasError::UnknownVariable, Recorded("LMS511, fields 12 to 29"), "sRN field030"),
@@ -113,7 +113,7 @@ pub static REFUSALS: &[Refusal] = &[
     line("sWN", Fault::WriteWithoutLogin, "user level below authorised client", SopasError::WriteAccessDenied, Documented("picoScan thread"), "sWN LocationName 5 north"),
     line("sMN", Fault::CallWithoutLogin, "user level below authorised client", SopasError::MethodAccessDenied, Documented("telegram listing, error codes"), "sMN LMCstopmeas"),
     line("any", Fault::TooFewArguments, "arguments missing", SopasError::BufferUnderflow, Documented("LMS1xx thread, short mLMPsetscancfg"), "sMN mLMPsetscancfg 1388"),
-    line("any", Fault::TooManyArguments, "more arguments than the command takes", SopasError::BufferOverflow, Assumed, "sWN FREchoFilter 1 1"),
+    line("any", Fault::TooManyArguments, "too many arguments", SopasError::BufferOverflow, Assumed, "sWN FREchoFilter 1 1"),
     line("any, CoLa A", Fault::NumberTooLarge, "a number its field cannot hold", SopasError::ValueOverflow, Documented("telegram listing, error codes"), "sMN SetAccessMode 3 F47247440"),
     line("any, CoLa A", Fault::NoNumber, "text that is no number", SopasError::InvalidCharacter, Documented("telegram listing, error codes"), "sMN mLMPsetscancfg \\x00\\x00\\x13\\x88"),
     line("any", Fault::NoFlag, "neither 0 nor 1 for a flag", SopasError::InvalidData, Assumed, "sEN LMDscandata 2"),

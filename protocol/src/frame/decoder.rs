@@ -87,6 +87,8 @@ pub struct FrameDecoder {
     suspect_until: usize,
     /// The end of the broken frame that was counted last.
     broken_until: usize,
+    /// That one was whole: what begins at its end is another.
+    broken_is_whole: bool,
     /// Running XOR of `buffer`: `sums[i] ^ sums[j]` is the XOR of the bytes `sums_from + i..sums_from + j`. Only kept inside
     /// suspect bytes.
     sums: Vec<u8>,
@@ -107,6 +109,7 @@ impl FrameDecoder {
             examined: 0,
             suspect_until: 0,
             broken_until: 0,
+            broken_is_whole: false,
             sums: Vec::new(),
             sums_from: 0,
             ended: false,
@@ -156,6 +159,11 @@ impl FrameDecoder {
     /// Bytes kept while waiting for the rest of a frame.
     pub fn pending(&self) -> usize {
         self.buffer.len() - self.start
+    }
+
+    /// Of these, bytes of a frame whose rest may still come: what only looks like the start of one, within a frame that is whole and broken, is none.
+    pub fn unfinished(&self) -> usize {
+        if self.start < self.broken_until { 0 } else { self.pending() }
     }
 
     fn find(&mut self) -> Option<(Dialect, usize, Range<usize>, usize)> {
@@ -225,8 +233,9 @@ impl FrameDecoder {
         if self.start >= self.broken_until {
             self.counts.bad += 1;
             self.broken_until = self.start + extent;
-        } else {
-            // A false start within a broken frame may claim the frames behind that: they are none of its.
+            self.broken_is_whole = extent > HEADER;
+        } else if !self.broken_is_whole {
+            // A run of starts is one. A false start within a whole frame claims nothing of what stands behind that.
             self.broken_until = self.broken_until.max(self.start + extent.min(HEADER));
         }
         if self.start >= self.suspect_until {

@@ -267,6 +267,11 @@ impl FrameDecoder {
         self.buffer.len() - self.start
     }
 
+    /// Of these, bytes of a frame whose rest may still come: what only looks like the start of one, within a frame that is whole and broken, is none.
+    pub fn unfinished(&self) -> usize {
+        if self.start < self.suspect_until { 0 } else { self.pending() }
+    }
+
     /// Skips what cannot begin anything, and counts all that was skipped so far.
     pub(super) fn skip_junk(&mut self) -> u64 {
         while self.buffer.get(self.start).is_some_and(|byte| !matches!(*byte, STX | ACK | NAK)) {
@@ -376,8 +381,11 @@ impl FrameDecoder {
     /// True if these bytes were not part of a broken frame already.
     fn reject(&mut self, extent: usize) -> bool {
         let new = self.start >= self.suspect_until;
-        self.counts.bad += u64::from(new);
-        self.suspect_until = self.suspect_until.max(self.start + extent);
+        // A false start within a broken frame claims nothing of what stands behind that.
+        if new {
+            self.counts.bad += 1;
+            self.suspect_until = self.start + extent;
+        }
         self.skip();
         new
     }

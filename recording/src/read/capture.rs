@@ -167,7 +167,12 @@ fn after_block(rest: &[u8], little: bool) -> Option<&[u8]> {
 
 fn torn(file: &[u8], rest: &[u8]) -> Torn {
     let offset = file.len().saturating_sub(rest.len()) as u64;
-    Torn { offset, expected: "a whole packet", found: format!("{} bytes that make none", rest.len()) }
+    Torn {
+        offset,
+        expected: "a whole packet",
+        found: format!("{} bytes that make none", rest.len()),
+        resumed: None,
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! MCAP files: ours, whole or cut off anywhere.
+//! MCAP files: ours, whole, cut off anywhere or with holes.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -6,11 +6,10 @@ use std::collections::btree_map::Entry;
 use std::io::{self, Read};
 
 use mcap::records::Record;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::torn::Torn;
 use super::{ReadError, StreamInfo, ros2_scan};
-use crate::mcap_record;
+use crate::mcap_records::Records;
 use crate::ros2;
 use crate::schema::Language;
 use crate::writer::{ABOUT, BYTES, KIND_KEY, SIDE_KEY, STREAM_KEY};
@@ -21,21 +20,14 @@ const LONGEST_RECORD: usize = 64 * 1024 * 1024;
 
 /// Reads record after record.
 pub(super) struct McapReader {
-    input: Box<dyn Read + Send>,
-    reader: LinearReader,
+    records: Records<Box<dyn Read + Send>>,
     channels: BTreeMap<u16, Channel>,
     /// The names of schemas, by their numbers.
     schemas: BTreeMap<u16, String>,
     pub(super) streams: Vec<StreamInfo>,
     pub(super) about: About,
-    pub(super) torn: Option<Torn>,
     /// Topics that are not ours, for the error message.
     foreign: Vec<String>,
-    bytes: u64,
-    /// The data have ended.
-    in_summary: bool,
-    complete: bool,
-    ended: bool,
 }
 
 /// A channel of raw bytes.
@@ -77,92 +69,56 @@ impl Wrapping {
 
 impl McapReader {
     pub(super) fn new(input: Box<dyn Read + Send>) -> Self {
-        let options = LinearReaderOptions::default()
-            .with_validate_chunk_crcs(true)
-            .with_validate_data_section_crc(true)
-            .with_validate_summary_section_crc(true)
-            .with_record_length_limit(LONGEST_RECORD);
         Self {
-            input,
-            reader: LinearReader::new_with_options(options),
+            records: Records::new(input, LONGEST_RECORD),
             channels: BTreeMap::new(),
             schemas: BTreeMap::new(),
             streams: Vec::new(),
             about: About::default(),
-            torn: None,
             foreign: Vec::new(),
-            bytes: 0,
-            in_summary: false,
-            complete: false,
-            ended: false,
         }
     }
 
-    /// The next packet of any stream; none at the end of the file, or where it is torn.
+    /// The next packet of any stream; none at the end of the file, or where it breaks off.
     pub(super) fn next(&mut self) -> Result<Option<Packet>, ReadError> {
-        while !self.ended {
-            match self.reader.next_event() {
-                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
-                    let room = self.reader.insert(wanted.min(LONGEST_RECORD));
-                    let read = read_some(&mut self.input, room)?;
-                    self.bytes += read as u64;
-                    self.reader.notify_read(read);
-                }
-                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    match mcap_record::parse(opcode, data) {
-                        Ok(Record::Footer(_)) => self.complete = true,
-                        // It repeats what was read; it must be there and whole.
-                        Ok(_) if self.in_summary => {}
-                        Ok(Record::Message { header, data }) => {
-                            let known = self.channels.get_mut(&header.channel_id);
-                            let packet = known.and_then(|channel| {
-                                let counter = channel.next.unwrap_or_default();
-                                let bytes = channel.wrapping.bytes(&data, counter)?;
-                                // Their own numbers, which many recorders leave at 0, tell nothing.
-                                let is_scan = matches!(channel.wrapping, Wrapping::Ros2Scan);
-                                let sequence = if is_scan { counter } else { header.sequence };
-                                Some(channel.packet(sequence, header.log_time, &bytes))
-                            });
-                            if packet.is_some() {
-                                return Ok(packet);
-                            }
-                        }
-                        Ok(Record::Schema { header, .. }) => {
-                            self.schemas.insert(header.id, header.name);
-                        }
-                        Ok(Record::Channel(channel)) => {
-                            let schema = self.schemas.get(&channel.schema_id).map(String::as_str);
-                            match scan_topic(&self.channels, &channel, schema) {
-                                Some(name) => {
-                                    let stream = self.streams.len();
-                                    let found = Channel::new(stream, Side::Device, Wrapping::Ros2Scan);
-                                    if let Entry::Vacant(free) = self.channels.entry(channel.id) {
-                                        self.streams.push(StreamInfo::new(name, StreamKind::Cola));
-                                        free.insert(found);
-                                    }
-                                }
-                                None => {
-                                    add(&mut self.channels, &mut self.streams, &mut self.foreign, channel)
-                                }
-                            }
-                        }
-                        Ok(Record::Metadata(found)) if found.name == ABOUT => {
-                            self.about = About::from_entries(&found.metadata);
-                        }
-                        Ok(Record::DataEnd(_)) => self.in_summary = true,
-                        Ok(_) => {}
-                        Err(why) => self.tear(why),
+        while let Some(record) = self.records.next_record()? {
+            match record {
+                Record::Message { header, data } => {
+                    let known = self.channels.get_mut(&header.channel_id);
+                    let packet = known.and_then(|channel| {
+                        let counter = channel.next.unwrap_or_default();
+                        let bytes = channel.wrapping.bytes(&data, counter)?;
+                        // Their own numbers, which many recorders leave at 0, tell nothing.
+                        let is_scan = matches!(channel.wrapping, Wrapping::Ros2Scan);
+                        let sequence = if is_scan { counter } else { header.sequence };
+                        Some(channel.packet(sequence, header.log_time, &bytes))
+                    });
+                    if packet.is_some() {
+                        return Ok(packet);
                     }
                 }
-                Some(Err(mcap::McapError::UnsupportedCompression(found))) => {
-                    return Err(ReadError::Compressed { found });
+                Record::Schema { header, .. } => {
+                    self.schemas.insert(header.id, header.name);
                 }
-                Some(Err(error)) => self.tear(error.to_string()),
-                None => self.ended = true,
+                Record::Channel(channel) => {
+                    let schema = self.schemas.get(&channel.schema_id).map(String::as_str);
+                    match scan_topic(&self.channels, &channel, schema) {
+                        Some(name) => {
+                            let stream = self.streams.len();
+                            let found = Channel::new(stream, Side::Device, Wrapping::Ros2Scan);
+                            if let Entry::Vacant(free) = self.channels.entry(channel.id) {
+                                self.streams.push(StreamInfo::new(name, StreamKind::Cola));
+                                free.insert(found);
+                            }
+                        }
+                        None => add(&mut self.channels, &mut self.streams, &mut self.foreign, channel),
+                    }
+                }
+                Record::Metadata(found) if found.name == ABOUT => {
+                    self.about = About::from_entries(&found.metadata);
+                }
+                _ => {}
             }
-        }
-        if !self.complete && self.torn.is_none() {
-            self.tear("the end of the file".to_owned());
         }
         if self.streams.is_empty() {
             return Err(ReadError::NoStreams { found: std::mem::take(&mut self.foreign) });
@@ -170,13 +126,13 @@ impl McapReader {
         Ok(None)
     }
 
-    fn tear(&mut self, found: String) {
-        self.ended = true;
-        self.torn = Some(Torn { offset: self.bytes, expected: "a whole record", found });
+    /// What of the file cannot be read, once the last packet was.
+    pub(super) fn torn(&self) -> Option<&Torn> {
+        self.records.torn()
     }
 }
 
-pub(crate) fn read_some(input: &mut dyn Read, room: &mut [u8]) -> Result<usize, ReadError> {
+pub(crate) fn read_some(input: &mut impl Read, room: &mut [u8]) -> Result<usize, ReadError> {
     loop {
         match input.read(room) {
             Err(cause) if cause.kind() == io::ErrorKind::Interrupted => {}

@@ -34,7 +34,7 @@ use serde::Serialize;
 pub use format::Format;
 pub use gzip::BrokenArchive;
 pub use soundness::Soundness;
-pub use torn::Torn;
+pub use torn::{Resumed, Torn};
 
 use crate::scan_reader::MAX_PAYLOAD;
 use crate::{About, Packet, StreamKind};
@@ -333,7 +333,7 @@ impl Recording {
     /// Where the file breaks off, once the last packet was read.
     pub fn torn(&self) -> Option<&Torn> {
         match &self.packets {
-            Packets::Mcap(reader) => reader.torn.as_ref(),
+            Packets::Mcap(reader) => reader.torn(),
             _ => self.torn.as_ref(),
         }
     }
@@ -399,8 +399,9 @@ fn language(bytes: &[u8]) -> StreamKind {
             compact += len;
         }
     }
-    // Only telegrams with a right CRC count, so none is there by chance.
-    if compact > cola.max(lms2xx) {
+    // Only telegrams with a right CRC count, so none is there by chance. Where none of any kind is whole, their start tells.
+    let begins = || (0..bytes.len()).any(|at| bytes.get(at..).is_some_and(compact::begins));
+    if compact > cola.max(lms2xx) || (cola.max(lms2xx) == 0 && begins()) {
         return StreamKind::Compact;
     }
     if lms2xx > cola { StreamKind::Lms2xx } else { StreamKind::Cola }
@@ -417,7 +418,12 @@ fn lines<T>(text: &str, read: impl Fn(&str) -> Result<T, ReadError>) -> Result<(
     // Where a line before it is wrong as well, that is what is to be told.
     let found = read(whole).map_err(|_| why)?;
     let begins: String = rest.chars().take(40).collect();
-    let torn = Torn { offset: whole.len() as u64, expected: "a whole line", found: format!("`{begins}`") };
+    let torn = Torn {
+        offset: whole.len() as u64,
+        expected: "a whole line",
+        found: format!("`{begins}`"),
+        resumed: None,
+    };
     Ok((found, Some(torn)))
 }
 
@@ -483,6 +489,10 @@ mod tests {
         let (mut cola, mut lms2xx) = (Vec::new(), Vec::new());
         encode(Dialect::B, b"sRA LMDscandata ", &mut cola);
         lms2xx::frame::encode(lms2xx::frame::FROM_DEVICE, &[0xA0, 0, 0x10], &mut lms2xx);
+        let damaged = |mut bytes: Vec<u8>| {
+            bytes[20] ^= 1;
+            bytes
+        };
         let chance = b"\x02\x80\x0c\x00\xb0\x04\x40\xe8\x03\x10\x02\x73\x03\xe8\x03\x10\x08\xb1".to_vec();
         let mut imu = Vec::new();
         compact::Telegram::Imu(compact::Imu::default()).encode(&mut imu).unwrap();
@@ -493,7 +503,8 @@ mod tests {
             (b"\xFF\x00nothing of either".to_vec(), StreamKind::Cola),
             // Ranges of 371 and 1000 mm contain `02 73 03`, a frame of CoLa A.
             (chance, StreamKind::Lms2xx),
-            (imu, StreamKind::Compact),
+            (imu.clone(), StreamKind::Compact),
+            (damaged(imu), StreamKind::Compact),
         ] {
             let recording = Recording::read(Box::new(Cursor::new(bytes))).expect("it opens");
             assert_eq!(recording.streams()[0].kind, expected);

@@ -37,6 +37,7 @@ impl Tail {
             offset: self.read.saturating_sub(begun as u64),
             expected: "the rest of a telegram",
             found: format!("the end of the file, {begun} bytes into it"),
+            resumed: None,
         })
     }
 }
@@ -47,7 +48,7 @@ fn begun(kind: StreamKind, mut bytes: &[u8]) -> Option<usize> {
         let mut finder = Finder::new(kind, None);
         finder.push(bytes);
         while finder.next().is_some() {}
-        let begun = finder.pending();
+        let begun = finder.unfinished();
         if begun == 0 {
             return None;
         }

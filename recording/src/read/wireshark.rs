@@ -89,6 +89,7 @@ pub(super) fn packets(text: &str) -> Result<(Vec<Packet>, Option<Torn>), ReadErr
             offset: text.len() as u64,
             expected: "the end of the packet, and of the list",
             found: "the end of the file".to_owned(),
+            resumed: None,
         }),
         Err(error) => {
             return Err(ReadError::Line {

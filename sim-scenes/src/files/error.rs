@@ -27,6 +27,7 @@ pub enum LoadError {
         /// The file.
         path: PathBuf,
         /// The system's error.
+        #[source]
         cause: std::io::Error,
     },
     /// The file is not valid TOML of this kind.

@@ -15,6 +15,7 @@ use super::super::link_options::STOP_TIMEOUT;
 use super::super::output::say;
 use super::super::sensor::Sensor;
 use super::super::web::Feed;
+use super::map::Way;
 
 /// How often it is asked whether that is enough while nothing arrives.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
@@ -35,6 +36,8 @@ pub(super) struct Follower {
     pub(super) bar: ProgressBar,
     /// Its part of the page, if there is one.
     pub(super) feed: Option<Feed>,
+    /// Where it was, if a map asks for it.
+    pub(super) way: Option<Way>,
 }
 
 /// Why no more is taken.
@@ -51,6 +54,8 @@ pub(super) struct Followed {
     /// None if it never was there, or failed before the first scan.
     pub(super) estimate: Option<Estimate>,
     pub(super) sensor: Sensor,
+    /// Where it was, if a map asks for it.
+    pub(super) way: Option<Way>,
     pub(super) ended: Result<(), Failure>,
 }
 
@@ -116,7 +121,7 @@ impl Follower {
     }
 
     fn ended(self, estimate: Option<Estimate>, ended: Result<(), Failure>) -> Followed {
-        Followed { place: self.place, estimate, sensor: self.sensor, ended }
+        Followed { place: self.place, estimate, sensor: self.sensor, way: self.way, ended }
     }
 
     /// Feeds the pipeline until the source ends, enough has been seen, or nothing it sends makes a scan.
@@ -142,6 +147,9 @@ impl Follower {
                             }
                         }
                         self.sensor.push(&mut self.pipeline, record).await;
+                        if let Some(way) = &mut self.way {
+                            way.push(received.0, self.pipeline.progress().y_m);
+                        }
                         self.sensor.written().await;
                         self.sensor.measured(scanner.now().0.saturating_sub(received.0));
                     }

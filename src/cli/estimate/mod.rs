@@ -1,6 +1,7 @@
 //! `rowscan estimate`
 
 mod follower;
+mod map;
 mod print;
 mod rig;
 
@@ -31,7 +32,9 @@ use super::recorder::{self, RecordArgs, Taping};
 use super::sensor::{Sensor, SensorArgs};
 use super::web::{Feeds, Talk, Tape, WebArgs};
 use super::{Failure, Format, Outcome, models, progress, scene, service};
+use crate::export::map::LeafMap;
 use follower::{Followed, Follower};
+use map::{MapArgs, Maps, Way};
 use print::ScannerReport;
 pub(super) use print::warnings;
 
@@ -82,6 +85,8 @@ pub(super) struct Args {
     /// How to write the estimate
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+    #[command(flatten)]
+    map: MapArgs,
     #[command(flatten)]
     sensor: SensorArgs,
     #[command(flatten)]
@@ -254,7 +259,29 @@ impl Args {
                     .for_each(|mount| feed.sits(mount));
                 feed
             }),
+            way: (!self.map.is_empty()).then(Way::default),
         })
+    }
+
+    /// The map of what was estimated.
+    fn mapped(
+        &self,
+        maps: &Maps,
+        all: &[Followed],
+        scanners: &[usize],
+        rig: &Rig,
+    ) -> Result<LeafMap, Failure> {
+        let mut map = LeafMap::default();
+        for followed in all {
+            let place = followed.place;
+            if let (Some(estimate), Some(way), Some(source), Some(scanner)) =
+                (&followed.estimate, &followed.way, self.sources.get(place), scanners.get(place))
+            {
+                let row = maps.row(source, (rig, *scanner), way)?;
+                map.add(place, estimate, &row, rig.row_spacing_m);
+            }
+        }
+        Ok(map)
     }
 
     /// What is told of a scanner that gave scans; beside the truth where a scene knows it.
@@ -333,6 +360,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         }
         None => (None, None),
     };
+    let maps = args.map.check(&args.sources, scene.as_ref())?;
     let readings = args.readings(rig.as_ref(), &scanners)?;
     let orchard = match scene.filter(|_| args.estimators.are_asked()) {
         Some(scene) => {
@@ -380,6 +408,10 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     sensors.part(STOP_TIMEOUT).await;
     let failed = all.iter_mut().find_map(|followed| std::mem::replace(&mut followed.ended, Ok(())).err());
     let truth = orchard.as_ref().zip(rig.as_ref());
+    let map = match rig.as_ref().filter(|_| !maps.are_none()) {
+        Some(rig) => Some(args.mapped(&maps, &all, &scanners, rig)),
+        None => None,
+    };
     let told: Vec<ScannerReport> =
         all.iter_mut().filter_map(|followed| args.told(followed, &scanners, truth)).collect();
     // Without a rig nobody asked for areas.
@@ -399,6 +431,9 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             say("no rig given: areas stay unknown; say where the scanner sits with --rig");
         }
         print::print(args.format, &told)?;
+        if let Some(map) = map {
+            maps.write(&map?)?;
+        }
     } else if let Some(cause) = failed {
         // A source that never gave a scan has nothing to show, nor has its recording.
         return Err(cause);

@@ -161,25 +161,40 @@ fn facts(estimate: &Estimate) -> String {
     text
 }
 
+/// The trees, and in words what their leaf areas are.
 fn trees(estimate: &Estimate) -> String {
     let mut table = Grid::new();
     output::head(
         &mut table,
-        ["tree", "y m", "I_T m²", "leaf m² by I_T", "leaf m²", "LAI", "height m", "volume m³"],
+        ["tree", "y m", "I_T m²", "leaf m² by I_T", "leaf m²", "95 % m²", "LAI", "height m", "volume m³"],
     );
     for tree in &estimate.trees {
+        let interval = tree.leaf.interval_m2;
+        let mark = if tree.complete { "" } else { "*" };
         table.add_row([
-            number(Some(tree.tree.into()), 0),
+            output::right(format!("{}{mark}", tree.tree)),
             number(Some(tree.y_m), 2),
             number(Some(tree.impacted_total_area_m2), 3),
             number(tree.leaf.areas.regression_m2().ok(), 2),
             number(tree.leaf.areas.best_m2().ok(), 2),
+            output::right(interval.map_or_else(|| "–".into(), |[low, high]| format!("{low:.2} to {high:.2}"))),
             number(tree.leaf.areas.lai().ok(), 2),
             number(tree.height_m, 2),
             number(Some(tree.volume_m3), 2),
         ]);
     }
-    format!("{table}\n")
+    let mut text = format!("{table}\n");
+    if estimate.trees.iter().any(|tree| !tree.complete) {
+        text.push_str("* not scanned from end to end: its numbers are of the part that was\n");
+    }
+    if let Some(drawn) = estimate.pieces.and_then(|pieces| pieces.trees) {
+        text.push_str(&format!(
+            "leaf m² of a tree: what was measured of it, drawn toward the row's mean, with reliability {:.2} (0: the mean, 1: as measured); \
+             leaf_area_unshrunk_m2 in --format json and csv is as measured\n",
+            drawn.reliability
+        ));
+    }
+    text
 }
 
 /// The trees that one way of cutting the row finds.

@@ -90,7 +90,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let asked = args.model.as_deref().map(models::find).transpose()?;
     let survey = Survey::read_apart(&args.file, &args.places.names())?;
     if let Some(torn) = &survey.torn {
-        say(format_args!("{}: {torn}; what comes before is played", args.file.display()));
+        say(format_args!("{}: {torn}; {} is played", args.file.display(), torn.read_part()));
     }
     if let Some(damage) = survey.soundness.damage() {
         say(format_args!("{}: {damage}", args.file.display()));

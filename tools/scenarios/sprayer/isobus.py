@@ -2,7 +2,7 @@
 
 usage: isobus.py SCANNER CAN [--fault NAME]
 
-It claims an address, tells its status each 2 s, takes the client's object pool by the transport protocol (TP or ETP), activates it, sets section control to
+It claims an address, tells its status each 2 s, takes the client's object pool by the transport protocol (TP or ETP, 64 packets at a time), activates it, sets section control to
 automatic (DDI 160), the rate (DDI 1) and the sections (DDI 290), and hears what they do (DDI 161). A client whose status does not come for 6 s is lost.
 Time is that of CAN frames and scans. It knows the object pool's labels and length, and nothing else of it: the sections are those of boom.toml.
 
@@ -28,6 +28,7 @@ ADDRESS, NAME = 0xF7, bytes.fromhex("010060FF008200A0")  # arbitrary: a task con
 CLAIMED, REQUEST, LANGUAGE, PROCESS_DATA = 0xEE00, 0xEA00, 0xFE0F, 0xCB00
 CONTROL, DATA, LONG_CONTROL, LONG_DATA = 0xEC00, 0xEB00, 0xC800, 0xC700
 EVERYONE = 0xFF
+AT_ONCE = 64  # packets of a message that may come before more is asked for
 STATUS_S, LOST_S = 2.0, 6.0
 BOOM, TANK = 2, 3  # elements of the client's pool
 RATE, ACTUAL, AUTOMATIC, SECTIONS = 1, 161, 160, 290
@@ -60,17 +61,22 @@ class Bus(Can):
 class Transfer:
     """A message of more than eight bytes on its way to us."""
 
-    def __init__(self, length, extended):
-        self.length, self.extended = length, extended
-        self.data, self.packets = b"", -(-length // 7)
+    def __init__(self, source, length, at_once, extended):
+        self.source, self.length, self.at_once, self.extended = source, length, at_once, extended
+        self.packets = -(-length // 7)
+        self.here = 0  # packets that have come, in their order
+        self.asked = 0  # the last packet that may come
         self.before = 0  # packets before the numbers that count now
 
     def done(self):
-        return len(self.data) // 7 >= self.packets
+        return self.here == self.packets
 
-    def add(self, number, data):
-        if self.before + number == len(self.data) // 7 + 1:
-            self.data += data
+    def add(self, number):
+        """True if no other packet comes before more is asked for."""
+        number += self.before
+        if number == self.here + 1:
+            self.here = number
+        return number == self.asked
 
 
 class TaskController(spray.Controller):
@@ -102,31 +108,46 @@ class TaskController(spray.Controller):
             self.can.say(LANGUAGE, EVERYONE, b"en\x50\x00\x00\x00\xff\xff", 6)
         elif group in (CONTROL, LONG_CONTROL):
             self.on_control(group, source, data)
-        elif group in (DATA, LONG_DATA) and self.transfer:
-            self.transfer.add(data[0], data[1:])
-            if self.transfer.done():
-                self.on_pool(source)
+        elif group in (DATA, LONG_DATA) and self.transfer and self.transfer.source == source:
+            if self.transfer.add(data[0]):
+                if self.transfer.done():
+                    self.on_pool(source)
+                else:
+                    self.clear()
         elif group == PROCESS_DATA:
             self.on_process_data(at_s, source, data)
 
     def on_control(self, group, source, data):
         word = int.from_bytes(data[1:5], "little")
-        if data[0] == 16:
-            self.transfer = Transfer(word & 0xFFFF, False)
-        elif data[0] == 20:
-            self.transfer = Transfer(word, True)
-        elif data[0] == 22 and self.transfer:
+        is_ours = self.transfer and self.transfer.source == source
+        if data[0] in (16, 20):
+            if data[5] | data[6] << 8 | data[7] << 16 != PROCESS_DATA:
+                self.refuse(group, source, data, "its group is not that of a pool")
+            elif self.transfer and not is_ours:
+                self.refuse(group, source, data, "another one is on its way", 1)
+            else:
+                extended = data[0] == 20
+                length, at_once = (word, AT_ONCE) if extended else (word & 0xFFFF, data[4])
+                self.transfer = Transfer(source, length, min(AT_ONCE, at_once), extended)
+                self.clear()
+        elif data[0] == 22 and is_ours:
             self.transfer.before = word >> 8
-            return
-        else:
-            return
-        self.clear(group, source)
+        elif data[0] == 255 and is_ours:
+            print("the client gave its pool up, reason %d" % data[1])
+            self.transfer = None
 
-    def clear(self, group, source):
-        """All packets at once, as far as a message can say that."""
-        count = min(255, self.transfer.packets)
-        data = [21, count, 1, 0, 0] if self.transfer.extended else [17, count, 1, 0xFF, 0xFF]
-        self.can.say(group, source, data + [0, PROCESS_DATA >> 8, 0], 7)
+    def refuse(self, group, source, data, why, reason=250):
+        print("message from address %d refused: %s" % (source, why))
+        self.can.say(group, source, [255, reason, 0xFF, 0xFF, 0xFF, *data[5:8]], 7)
+
+    def clear(self):
+        """The next packets, from the first that is missing on."""
+        transfer = self.transfer
+        count = min(transfer.at_once, transfer.packets - transfer.here)
+        first, transfer.asked = transfer.here + 1, transfer.here + count
+        group, code, rest = (LONG_CONTROL, 21, first >> 8) if transfer.extended else (CONTROL, 17, 0xFFFF)
+        data = [code, count, first & 0xFF, rest & 0xFF, rest >> 8]
+        self.can.say(group, transfer.source, data + [0, PROCESS_DATA >> 8, 0], 7)
 
     def on_pool(self, source):
         transfer, self.transfer = self.transfer, None

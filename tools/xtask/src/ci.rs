@@ -36,6 +36,14 @@ const STEPS: &[Step] = &[
         cargo(workspace, &["check", "-p", "rowscan-protocol", "--no-default-features"])
     })
     .beside(),
+    // The driver with each of its features alone, and with none.
+    Step::new("driver-features", |workspace| {
+        let alone = ["", "tcp", "serial", "recordings"].map(|feature| {
+            cargo(workspace, &["check", "-p", "rowscan-driver", "--no-default-features", "--features", feature])
+        });
+        alone.into_iter().find(|outcome| !matches!(outcome, Outcome::Passed)).unwrap_or(Outcome::Passed)
+    })
+    .beside(),
     Step::new("wheel-build", wheel::build_only).beside(),
     Step::new("tests", rust_tests::run),
     Step::new("readme", readme::run),

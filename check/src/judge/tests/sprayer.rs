@@ -123,7 +123,7 @@ fn an_edge_at_fault_is_told_with_its_section_its_time_and_its_place() {
 #[test]
 fn a_rate_is_judged_beside_the_speed_and_reported_litres_beside_the_true_ones() {
     let folder = tempfile::tempdir().expect("a folder");
-    let judged_of = |expect: &str, at_m_s: f64, reports: &[(f64, f64)], commands: &[(f64, f64)]| {
+    let told = |expect: &str, at_m_s: f64, reports: &[(f64, f64)], commands: &[(f64, f64)]| {
         let mut sprayer = sprayed(commands);
         let boom = Boom {
             rate: (at_m_s > 0.0).then_some(rowscan_sprayer::hydraulics::RateTable {
@@ -143,7 +143,10 @@ fn a_rate_is_judged_beside_the_speed_and_reported_litres_beside_the_true_ones() 
             events: vec![event("late", 8.0), event("end", 10.0)],
             ..record(folder.path())
         };
-        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
+        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path())
+    };
+    let judged_of = |expect: &str, at_m_s: f64, reports: &[(f64, f64)], commands: &[(f64, f64)]| {
+        told(expect, at_m_s, reports, commands).0
     };
     let judged = |expect: &str, at_m_s: f64, reports: &[(f64, f64)]| {
         judged_of(expect, at_m_s, reports, &[(2.0, 1.0), (7.0, 0.0)])
@@ -168,6 +171,10 @@ fn a_rate_is_judged_beside_the_speed_and_reported_litres_beside_the_true_ones() 
         let expect = format!("what = \"rate_error\", of = \"settling_s\", below = {below}");
         assert_eq!(judged_of(&expect, 1.25, &[], &[(2.0, 1.0)]), found, "{expect}");
     }
+    // A step after which the rate had not settled has taken longer than any number.
+    let expect = "what = \"rate_error\", of = \"settling_s\", below = 99";
+    let (found, message) = told(expect, 1.25, &[], &[(2.0, 1.0), (7.0, 0.0)]);
+    assert!(found == Failed && message.contains("found not settled;"), "{message}");
     // Valves that nobody opens have no step.
     assert_eq!(
         judged_of("what = \"rate_error\", of = \"settling_s\", below = 99", 1.0, &[], &[(2.0, 0.0)]),

@@ -6,6 +6,7 @@ use rowscan_protocol::model::ScanMode;
 use rowscan_protocol::rig::EchoChoice;
 
 use super::*;
+use crate::DriverError;
 
 /// The scanner's number, in its telegrams too.
 const SERIAL: u32 = 24_130_021;
@@ -213,6 +214,33 @@ fn a_nonce_that_has_gone_stale_is_replaced() {
     assert_eq!(bench.taken.iter().filter(|(name, _)| name == "ScanDataFormat").count(), 1);
 }
 
+/// What was taken once is right: what is refused later is the nonce.
+#[test]
+fn a_nonce_that_stays_stale_is_no_wrong_password() {
+    let mut bench = as_delivered();
+    bench.answer_up_to("/api/ScanDataFormat");
+    bench.hear(&refusal(401, INVALID_CHALLENGE));
+    bench.answer_up_to("/api/ScanDataFormat");
+    bench.hear(&refusal(401, INVALID_CHALLENGE));
+    let error = Some(Refusal::StaleNonce { http: 401 });
+    assert_eq!(bench.events(), [HostEvent::Refused { command: LOGIN, error, fatal: true }]);
+}
+
+/// Each refusal has an error of its own.
+#[test]
+fn refusals_are_told_apart() {
+    use crate::endpoint::Endpoint;
+    let endpoint = super::super::PicoEndpoint::new(place("servicelevel"), &DriverConfig::default());
+    let told = |refusal| endpoint.refused(LOGIN, Some(refusal));
+    let wrong = Refusal::Rest { status: Some(INVALID_CHALLENGE), http: 401 };
+    assert!(matches!(told(wrong), DriverError::Login { .. }));
+    let busy = told(Refusal::TooMany { http: 429 });
+    assert!(
+        matches!(busy, DriverError::TooManyRequests { .. }) && busy.to_string().contains("nor after 3.5s")
+    );
+    assert!(matches!(told(Refusal::StaleNonce { http: 401 }), DriverError::StaleNonce { .. }));
+}
+
 #[test]
 fn too_many_requests_are_made_again_after_pauses_that_grow() {
     let mut bench = as_delivered();
@@ -226,7 +254,7 @@ fn too_many_requests_are_made_again_after_pauses_that_grow() {
         assert_eq!(bench.request().map(|(target, _)| target).as_deref(), Some("POST /api/getChallenge"));
     }
     bench.hear(&refusal(429, TOO_MANY));
-    let error = Some(Refusal::Rest { status: Some(11), http: 429 });
+    let error = Some(Refusal::TooMany { http: 429 });
     assert_eq!(bench.events(), [HostEvent::Refused { command: LOGIN, error, fatal: true }]);
 }
 

@@ -1,4 +1,4 @@
-//! The driver's override: all shut.
+//! The driver's override: all is to be shut.
 
 use crate::part_fault::PartFault;
 use crate::row::{Family, Row};
@@ -9,7 +9,7 @@ pub(in crate::rows) const ROW: Row = Row {
     name: "held_shut",
     family: Family::Sprayer,
     parameters: &[],
-    about: "The driver holds the valves shut by the override. It forbids spraying and shuts nothing: that is the controller's work.",
+    about: "The driver's override asks for all valves shut. `SprayerState` of the boom's `[sensors]` tells it; the switch moves no valve: to shut them is the controller's work, and what flows meanwhile is forbidden.",
     reports: "the switch's state",
     recovery: "shuts all; as before, after it",
     make: |_| Ok(PartFault::Sprayer(SprayerFault::HeldShut)),

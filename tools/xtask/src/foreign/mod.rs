@@ -5,6 +5,7 @@
 mod browser;
 mod capture;
 mod debian;
+mod maps;
 mod mrpt;
 mod socat;
 mod vcan;
@@ -22,6 +23,7 @@ const PARTS: &[Step] = &[
     Step::new("socat", socat::run).taking(2),
     Step::new("mrpt", mrpt::run).taking(4),
     Step::new("capture", capture::run).taking(2),
+    Step::new("maps", maps::run).taking(1),
     Step::new("browser", browser::run).taking(4),
     VCAN,
 ];
