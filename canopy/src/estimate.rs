@@ -20,6 +20,8 @@ pub struct Estimate {
     pub scans: u64,
     /// Telegrams that came again (same telegram counter); they add no advance and no area.
     pub scans_repeated: u64,
+    /// Telegrams that came behind later ones: they are not lost, and add no advance and no area.
+    pub scans_late: u64,
     /// Telegrams missing between the first and the last seen, by the telegram counter; a restart is not a gap.
     pub scans_lost: u64,
     /// Turns of the mirror of which the scanner made no telegram, beyond its output interval: a virtual scanner's host was too slow.

@@ -386,6 +386,26 @@ mod tests {
         assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);
     }
 
+    /// Of a scanner with several layers a turn is as many lines.
+    #[test]
+    fn turns_are_counted_whatever_lines_they_have() {
+        for lines in [1_u64, 2, 16] {
+            let (mut counting, mut counter) = (Counting::default(), 0);
+            // Every fourth turn is left out.
+            let turns: Vec<u16> = (0..40).filter(|turn| turn % 4 != 2).collect();
+            for turn in &turns {
+                for line in 0..lines {
+                    let time_us = 20_000 * u32::from(*turn);
+                    let layer_centideg = 100 * line as i16;
+                    counting.observe(&Scan { scan_counter: *turn, layer_centideg, ..scan(counter, time_us) });
+                    counter += 1;
+                }
+            }
+            assert_eq!((counting.scans, counting.turns_left_out()), (30 * lines, 10), "{lines} lines");
+            assert_eq!(counting.turns(), 40, "{lines} lines");
+        }
+    }
+
     #[test]
     fn a_restart_is_no_gap_and_goes_on_one_period_later() {
         // The device is switched off and on: counter and clock begin again.

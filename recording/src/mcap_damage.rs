@@ -22,7 +22,7 @@ impl Damage {
     pub(crate) fn lose(&mut self, begins: u64, ends: u64, found: String) {
         let touches = self.ends == Some(begins);
         let resumed = Some(Resumed::default());
-        let torn = self.torn.get_or_insert_with(|| Torn { offset: begins, expected: WHOLE, found, resumed });
+        let torn = self.torn.get_or_insert(Torn { offset: begins, expected: WHOLE, found, resumed });
         let resumed = torn.resumed.get_or_insert_default();
         resumed.holes += u64::from(!touches);
         resumed.bytes += ends - begins;

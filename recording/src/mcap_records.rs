@@ -1,7 +1,6 @@
 //! The records of an MCAP file, one after the other, past whatever is damaged between them.
 //!
-//! A record says how long it is, so one wrong length, or a hole of zeros, hides all that follows. A record is taken as whole if it can be read and what
-//! stands behind it may be one, too. Else the next place is looked for from which whole records follow ([`CHAIN`] of them, or two up to the file's end); what lies
+//! A record says how long it is, so one wrong length, or a hole of zeros, hides all that follows. One is taken as whole if what stands behind it may be a record, too. Else the next place is looked for from which whole records follow ([`CHAIN`] of them, or two up to the file's end); what lies
 //! between is lost, and told. Records of a chunk without compression lie in the file like others, so a hole in it costs no more than itself.
 
 use std::collections::BTreeSet;
@@ -391,11 +390,8 @@ impl<R: Read> Records<R> {
     }
 
     fn note_channel(&mut self, opcode: u8, len: usize) {
-        if opcode == op::CHANNEL
-            && let Some(id) = self.buffer.get(self.at - len..).and_then(<[u8]>::first_chunk)
-        {
-            self.channels.insert(u16::from_le_bytes(*id));
-        }
+        let id = self.buffer.get(self.at - len..).and_then(<[u8]>::first_chunk);
+        self.channels.extend(id.filter(|_| opcode == op::CHANNEL).map(|id| u16::from_le_bytes(*id)));
     }
 
     /// At the record that ends the data.
@@ -444,7 +440,6 @@ impl<R: Read> Records<R> {
         Ok(())
     }
 
-    /// Where an open chunk ends, its checksum is looked at.
     fn close_chunk(&mut self) {
         let position = self.position();
         if let Some(chunk) = self.chunk.take_if(|chunk| position >= chunk.end)

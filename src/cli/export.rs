@@ -70,9 +70,9 @@ impl To {
             (Self::Ply, What::Scans | What::Shots) => {
                 refused("PLY holds points: expected `--what points`, or another format for scans and shots")
             }
-            (Self::Las, What::Scans) => {
-                refused("LAS holds points and shots: expected `--what points`, `--what shots`, or another format for scans")
-            }
+            (Self::Las, What::Scans) => refused(
+                "LAS holds points and shots: expected `--what points`, `--what shots`, or another format for scans",
+            ),
             (Self::Amapvox, What::Points | What::Scans) => {
                 refused("AMAPVox's text holds shots: expected `--what shots`")
             }

@@ -15,9 +15,7 @@ pub(super) fn read_beside(
     let mut first = None;
     while let Some(packet) = recording.next_packet()? {
         let of_kind = recording.streams().get(packet.stream).is_some_and(|stream| stream.kind == kind);
-        if !of_kind
-            || packet.from == Some(Side::Host)
-            || *first.get_or_insert(packet.stream) != packet.stream
+        if !of_kind || packet.from == Some(Side::Host) || *first.get_or_insert(packet.stream) != packet.stream
         {
             continue;
         }

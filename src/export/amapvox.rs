@@ -25,7 +25,8 @@ impl<W: Out> Writer<W> {
             )
             .into());
         }
-        let names = |letter: char| (1..=MOST_ECHOES).map(|number| format!(" {letter}{number}")).collect::<String>();
+        let names =
+            |letter: char| (1..=MOST_ECHOES).map(|number| format!(" {letter}{number}")).collect::<String>();
         writeln!(
             out,
             "xOrigin yOrigin zOrigin xDirection yDirection zDirection nbEchoes{}{}",

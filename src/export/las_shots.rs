@@ -35,7 +35,13 @@ impl<W: Out> Writer<W> {
         Ok(Self { out, failure, columns: ShotColumns::of(table)? })
     }
 
-    fn put(&mut self, shot: &Shot, range_m: f64, (order, of): (u8, u8), is_miss: bool) -> Result<(), ExportError> {
+    fn put(
+        &mut self,
+        shot: &Shot,
+        range_m: f64,
+        (order, of): (u8, u8),
+        is_miss: bool,
+    ) -> Result<(), ExportError> {
         let [x, y, z] = shot.point(range_m);
         self.out.write_point(las::Point {
             x,

@@ -39,7 +39,8 @@ impl ShotColumns {
     /// Their places in a table of shots.
     pub(super) fn of(table: &Table) -> Result<Self, ExportError> {
         let need = |name: &str| {
-            Self::find(table, name).ok_or_else(|| format!("this format holds shots: expected a column `{name}`"))
+            Self::find(table, name)
+                .ok_or_else(|| format!("this format holds shots: expected a column `{name}`"))
         };
         let ranges = (0..).map_while(|order| Self::find(table, &format!("range_{order}_m"))).collect();
         Ok(Self {
@@ -126,7 +127,11 @@ mod tests {
         let found: Vec<_> = points.iter().map(about).collect();
         assert_eq!(found, [(1, 2, false), (2, 2, false), (1, 1, false), (1, 1, true)]);
         let origin = |point: &las::Point| -> Vec<f64> {
-            point.extra_bytes.chunks(8).map(|bytes| f64::from_le_bytes(bytes.try_into().expect("8 bytes"))).collect()
+            point
+                .extra_bytes
+                .chunks(8)
+                .map(|bytes| f64::from_le_bytes(bytes.try_into().expect("8 bytes")))
+                .collect()
         };
         assert_eq!(origin(&points[1]), [1.0, 2.0, 3.0]);
         assert!((points[1].x - 2.25).abs() < 1e-4);

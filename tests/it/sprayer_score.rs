@@ -52,6 +52,15 @@ fn what_a_score_does_not_know_and_what_it_was_not_told_is_said() {
     // Zero has no sign, wherever it stands.
     assert!(!sound.stdout.contains("-0.0,") && !sound.stdout.contains("-0.0\n"), "{}", sound.stdout);
 
+    // No valve is open by more than all.
+    for duty in [7.0, -0.1] {
+        let wrong = changed(folder.path(), "wrong", &whole, |run| commands(run)[1]["duty"] = json!(duty));
+        let ended = score(&[text(&wrong)]);
+        assert_eq!(ended.code, Some(2), "{}", ended.stdout);
+        let found = format!("expected a `duty` from 0 to 1, found {duty}");
+        assert_says(&ended.stderr, &["command 2 of `commands`", &found]);
+    }
+
     // Nobody said anything: nothing of it is known, not even that litres were saved.
     let unheard = changed(folder.path(), "unheard", &whole, |run| commands(run).clear());
     let ended = score(&[text(&unheard)]);

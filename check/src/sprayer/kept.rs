@@ -111,6 +111,13 @@ impl SprayerRun {
         if version != VERSION {
             return Err(content(format!("found version {version}")));
         }
+        if let Some((number, said)) = (1..).zip(&commands).find(|(_, said)| !(0.0..=1.0).contains(&said.duty))
+        {
+            let Said { t_ns, duty, .. } = said;
+            return Err(content(format!(
+                "command {number} of `commands`, at {t_ns} ns: expected a `duty` from 0 to 1, found {duty}"
+            )));
+        }
         let boom = boom.settled().map_err(|error| content(error.to_string()))?;
         for file in scene.files_mut() {
             fill(file, &scene_folder)?;

@@ -166,6 +166,19 @@ mod tests {
         }
     }
 
+    /// The same for a window that is dirty from the start, by rig or flag.
+    #[test]
+    fn no_dirt_is_put_on_a_window_without_a_word_of_the_scanner() {
+        for model in model::all() {
+            let mut device = Device::new(model, Identity::default());
+            crate::stage::contaminate(&mut device, model, 0).expect("a clean window");
+            let put = crate::stage::contaminate(&mut device, model, 2);
+            assert_eq!(put.is_ok(), model.scans_tell_status(), "{}", model.name);
+            let dirt = PartFault::Device(blinding().remove(0));
+            assert_eq!(put.is_ok(), matches!(fits(FaultyScanner::Cola(model), &dirt), Fit::Acts));
+        }
+    }
+
     #[test]
     fn what_a_model_has_no_datagrams_or_rest_for_names_the_models_that_have() {
         let scanners = model::all().map(FaultyScanner::Cola).chain([FaultyScanner::Lms2xx]);

@@ -112,7 +112,9 @@ impl Maps {
         if let Some(stated) = self.stated {
             return Ok(RowOnEarth::Stated(stated));
         }
-        let Source::Recording { path, .. } = source else { return Ok(RowOnEarth::told(Vec::new(), Lever::default())) };
+        let Source::Recording { path, .. } = source else {
+            return Ok(RowOnEarth::told(Vec::new(), Lever::default()));
+        };
         let mut reader = FixReader::default();
         let mut stations = Vec::new();
         read_beside(path, StreamKind::Nmea, |at, packet| {

@@ -177,7 +177,9 @@ fn trees(estimate: &Estimate) -> String {
             number(Some(tree.impacted_total_area_m2), 3),
             number(tree.leaf.areas.regression_m2().ok(), 2),
             number(tree.leaf.areas.best_m2().ok(), 2),
-            output::right(interval.map_or_else(|| "–".into(), |[low, high]| format!("{low:.2} to {high:.2}"))),
+            output::right(
+                interval.map_or_else(|| "–".into(), |[low, high]| format!("{low:.2} to {high:.2}")),
+            ),
             number(tree.leaf.areas.lai().ok(), 2),
             number(tree.height_m, 2),
             number(Some(tree.volume_m3), 2),

@@ -222,9 +222,8 @@ mod tests {
 
     #[test]
     fn what_no_position_is_near_to_is_not_known() {
-        let known = |stations: Vec<Station>, y_m: f64| {
-            RowOnEarth::told(stations, Lever::default()).at(y_m).is_some()
-        };
+        let known =
+            |stations: Vec<Station>, y_m: f64| RowOnEarth::told(stations, Lever::default()).at(y_m).is_some();
         assert!(known(east(0.0, 40), -2.0) && !known(east(0.0, 40), -3.5) && !known(east(0.0, 40), 43.0));
         assert!(!known(Vec::new(), 0.0) && !known(east(0.0, 3), 1.0));
         // A gap of 8 m, in the middle of which none is near; sparse ones, by their neighbours.
@@ -233,7 +232,8 @@ mod tests {
         let sparse: Vec<_> = east(0.0, 40).into_iter().step_by(5).collect();
         assert!(known(sparse, 12.0));
         // A tractor that stood all the time, and a scanner that did not know that it did.
-        let stood: Vec<_> = east(0.0, 40).into_iter().map(|station| Station { y_m: 3.0, ..station }).collect();
+        let stood: Vec<_> =
+            east(0.0, 40).into_iter().map(|station| Station { y_m: 3.0, ..station }).collect();
         assert!(!known(stood, 3.0));
         let lost: Vec<_> = east(0.0, 40).into_iter().map(|s| Station { longitude_deg: 0.0, ..s }).collect();
         assert!(!known(lost, 20.0));
@@ -250,7 +250,8 @@ mod tests {
 
     #[test]
     fn a_stated_row_runs_where_it_is_said_to() {
-        let row = RowOnEarth::Stated(Stated { latitude_deg: LATITUDE, longitude_deg: 0.5, azimuth_deg: 90.0 });
+        let row =
+            RowOnEarth::Stated(Stated { latitude_deg: LATITUDE, longitude_deg: 0.5, azimuth_deg: 90.0 });
         let point = row.at(10.0).expect("known");
         let [east, north] = metres(point.lon_lat, 0.5);
         assert!((east - 10.0).abs() < 1e-6 && north.abs() < 1e-6);

@@ -80,17 +80,19 @@ fn drawn(metres: &[Flat], (left, top): (f64, f64), (wide, tall): (usize, usize))
     for metre in metres {
         let Some(lai) = metre.lai else { continue };
         let ends = |axis: usize| {
-            metre.corners.iter().map(|corner| corner[axis]).fold((f64::INFINITY, f64::NEG_INFINITY), |ends, at| {
-                (ends.0.min(at), ends.1.max(at))
-            })
+            metre
+                .corners
+                .iter()
+                .map(|corner| corner[axis])
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |ends, at| (ends.0.min(at), ends.1.max(at)))
         };
         let ((west, east), (south, north)) = (ends(0), ends(1));
         let columns = pixel(west - left)..=pixel(east - left).min(wide.saturating_sub(1));
         for row in pixel(top - north)..=pixel(top - south).min(tall.saturating_sub(1)) {
             for column in columns.clone() {
-                let centre =
-                    [left + (column as f64 + 0.5) * PIXEL_M, top - (row as f64 + 0.5) * PIXEL_M];
-                if let Some(sum) = sums.get_mut(row * wide + column).filter(|_| covers(&metre.corners, centre))
+                let centre = [left + (column as f64 + 0.5) * PIXEL_M, top - (row as f64 + 0.5) * PIXEL_M];
+                if let Some(sum) =
+                    sums.get_mut(row * wide + column).filter(|_| covers(&metre.corners, centre))
                 {
                     *sum = (sum.0 + lai, sum.1 + 1);
                 }

@@ -11,10 +11,10 @@
 
 mod along;
 mod geojson;
-#[cfg(feature = "tables")]
-mod geoparquet;
 #[cfg(feature = "maps")]
 mod geopackage;
+#[cfg(feature = "tables")]
+mod geoparquet;
 #[cfg(feature = "maps")]
 mod geotiff;
 #[cfg(any(feature = "maps", feature = "tables"))]
@@ -53,12 +53,14 @@ pub struct MapMetre {
 }
 
 /// What a metre's numbers are.
-pub const ATTRIBUTES: [&str; 8] = [
+pub const ATTRIBUTES: [&str; 10] = [
     "y_m",
     "scanned_m",
     "leaf_area_m2",
     "leaf_area_low_m2",
     "leaf_area_high_m2",
+    "leaf_area_sampling_low_m2",
+    "leaf_area_sampling_high_m2",
     "lai",
     "impacted_total_area_m2",
     "gnss_quality",
@@ -66,7 +68,7 @@ pub const ATTRIBUTES: [&str; 8] = [
 
 /// The place of the leaf area index among [`ATTRIBUTES`].
 #[cfg(feature = "maps")]
-const LAI: usize = 5;
+const LAI: usize = 7;
 
 impl LeafMap {
     /// Adds an estimate's metres: those of source number `source`, of a row that lies so. A rectangle is as wide as the rows are apart.
@@ -77,8 +79,9 @@ impl LeafMap {
                 self.without_place += 1;
                 continue;
             };
-            let worst = from.quality.into_iter().chain(to.quality).max_by_key(|quality| along::rank(*quality));
-            let interval = metre.leaf.interval_m2;
+            let worst =
+                from.quality.into_iter().chain(to.quality).max_by_key(|quality| along::rank(*quality));
+            let (interval, sampling) = (metre.leaf.interval_m2, metre.leaf.sampling_error_m2);
             self.metres.push(MapMetre {
                 corners: [from.right(half_m), to.right(half_m), to.right(-half_m), from.right(-half_m)],
                 source,
@@ -88,6 +91,8 @@ impl LeafMap {
                     metre.leaf.areas.best_m2().ok(),
                     interval.map(|[low_m2, _]| low_m2),
                     interval.map(|[_, high_m2]| high_m2),
+                    sampling.map(|[low_m2, _]| low_m2),
+                    sampling.map(|[_, high_m2]| high_m2),
                     metre.leaf.areas.lai().ok(),
                     Some(metre.impacted_total_area_m2),
                     worst.map(f64::from),

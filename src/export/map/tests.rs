@@ -14,7 +14,7 @@ pub(super) fn map(lai: &[Option<f64>]) -> LeafMap {
         let y_m = y as f64;
         let (from, to) = (row.at(y_m).expect("known"), row.at(y_m + 1.0).expect("known"));
         let mut values = [Some(1.0); ATTRIBUTES.len()];
-        (values[0], values[5]) = (Some(y_m + 0.5), *lai);
+        (values[0], values[7]) = (Some(y_m + 0.5), *lai);
         let corners = [from.right(2.0), to.right(2.0), to.right(-2.0), from.right(-2.0)];
         MapMetre { corners, source: 0, values }
     });
@@ -119,7 +119,8 @@ fn a_geoparquet_names_its_geometry_and_has_null_where_nothing_is_known() {
     let bytes = MapFormat::GeoParquet.write(&map(&[Some(1.5), None])).expect("written");
     let file = SerializedFileReader::new(bytes::Bytes::from(bytes)).expect("Parquet");
     let about = file.metadata().file_metadata().key_value_metadata().expect("keys");
-    let geo = about.iter().find(|entry| entry.key == "geo").and_then(|entry| entry.value.clone()).expect("geo");
+    let geo =
+        about.iter().find(|entry| entry.key == "geo").and_then(|entry| entry.value.clone()).expect("geo");
     let geo: serde_json::Value = serde_json::from_str(&geo).expect("JSON");
     assert_eq!(geo["columns"]["geometry"]["encoding"], "WKB");
     let rows: Vec<String> =

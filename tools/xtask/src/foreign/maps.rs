@@ -46,7 +46,11 @@ fn open(workspace: &Workspace, counts: &mut Counts) -> Result<(), String> {
 
     let geopackage = shell::capture(Command::new("ogrinfo").arg("-so").arg(map("gpkg")).arg("leaf_area"))?;
     let count = format!("Feature Count: {}", metres.len());
-    says("ogrinfo", &geopackage, &["using driver `GPKG' successful", "Polygon", "WGS 84", "lai: Real", &count])?;
+    says(
+        "ogrinfo",
+        &geopackage,
+        &["using driver `GPKG' successful", "Polygon", "WGS 84", "lai: Real", &count],
+    )?;
     counts.passed += 1;
 
     let picture = shell::capture(Command::new("gdalinfo").arg(map("tif")))?;
