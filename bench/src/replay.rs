@@ -312,7 +312,7 @@ impl Opening<'_> {
             self.place(part, "udp", At::Address(to.into()));
         }
         let outlet = Outlet::datagrams(&emulator);
-        let is_told = asked.is_some() || spec.survey.about.model.as_deref() == Some(model.name);
+        let is_told = asked.is_some() || spec.survey.about.model_of(&part.name) == Some(model.name);
         let stream = replayed(part, (!is_told).then_some(model.title), Some(Box::new(emulator)));
         Ok((ReplayedStream { _rest: servers, ..stream }, outlet))
     }
@@ -331,7 +331,8 @@ impl Opening<'_> {
             (Err(ReplayError::UnknownModel { .. }), Some(any)) if silent => *any,
             (found, _) => found?,
         };
-        let is_told = part.told_models().len() == 1 || asked.is_some() || survey.about.model.is_some();
+        let is_told =
+            part.told_models().len() == 1 || asked.is_some() || survey.about.model_of(&part.name).is_some();
         let guessed = !silent && !is_told;
         Ok((device_of(part, model), guessed.then_some(model.title)))
     }

@@ -35,7 +35,7 @@ pub struct BenchScanner {
     pub mount: usize,
     /// What it is.
     pub model: AnyModel,
-    /// Scans a client receives while the tractor drives from its start to the end of the first row, at most an hour's.
+    /// Scans a client receives while the tractor drives past as much as a row from its start on, at most an hour's.
     pub scans_per_row: u64,
     device: Box<dyn VirtualScanner>,
     lines: LineWatch,
@@ -181,7 +181,7 @@ impl Wiring<'_> {
         let (mut device, view) =
             self.stage.serial_scanner_on(&self.rig.tractor(), spec.mount, model, options)?;
         let hertz = f64::from(lms2xx::model::TURNS_PER_SECOND) / f64::from(model.turns(device.variant()));
-        let scans_per_row = self.stage.scans_to_row_end(hertz);
+        let scans_per_row = self.stage.scans_of_row(hertz);
         let DeviceSpec { fields_mm, state, .. } = &spec.device;
         if !fields_mm.iter().enumerate().all(|(number, radius_mm)| device.set_field(number, *radius_mm)) {
             return Err(BenchError::TooManyFields { found: fields_mm.len() });

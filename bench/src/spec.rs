@@ -12,7 +12,7 @@ use rowscan_bus::{BusAddress, BusNews};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::lockstep::Lockstep;
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{EndWhen, IDLE_LIMIT, LineChange, MAX_CLIENTS, ScanMoment, StartWhen};
+use rowscan_emulator::{DATAGRAMS, EndWhen, IDLE_LIMIT, LineChange, MAX_CLIENTS, ScanMoment, StartWhen};
 use rowscan_ports::latency::Latency;
 use rowscan_protocol::device::{DialectPolicy, Profile, Start};
 use rowscan_protocol::lms2xx;
@@ -237,6 +237,13 @@ impl ScannerSpec {
             self.id = format!("scanner{}-{}", self.mount, on_this_mount + 1);
         }
         self
+    }
+
+    /// What the streams are called that its telegrams are recorded in.
+    pub fn streams(&self) -> Vec<String> {
+        let datagrams = matches!(self.model, AnyModel::Cola(model) if model.compact.is_some());
+        let datagrams = datagrams.then(|| format!("{}{DATAGRAMS}", self.id));
+        [self.id.clone()].into_iter().chain(datagrams).collect()
     }
 
     /// The same, to be found there as well.

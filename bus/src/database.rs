@@ -81,13 +81,15 @@ impl Database {
     ///
     /// # Errors
     /// Text that is none; the line says where it stops being one.
-    pub fn read(text: &str) -> Result<Self, DatabaseError> {
-        // The reader wants the last line ended.
-        let owned = format!("{text}\n");
+    pub fn read(given: &str) -> Result<Self, DatabaseError> {
+        let (owned, added) = completed(given);
         let text = owned.as_str();
+        // What was added is none of the file's.
+        let own = |rest: &'_ str| rest.len().min(given.len() + 1);
         let wrong = |rest: &str| {
+            let rest = text.get(text.len() - own(rest)..).unwrap_or(rest);
             let read = text.len().saturating_sub(rest.len());
-            let line = text.get(..read).unwrap_or(text).lines().count().max(1);
+            let line = text.get(..read).unwrap_or(text).lines().count().saturating_sub(added).max(1);
             let found = rest.trim_start().lines().next().unwrap_or_default();
             DatabaseError::Text { line, found: found.chars().take(60).collect() }
         };
@@ -215,6 +217,15 @@ fn bits(signal: &can_dbc::Signal) -> Bits {
     Bits { start: *signal.start_bit(), size: *signal.signal_size(), big_endian }
 }
 
+/// The text with its last line ended, behind as many lines as there are sections in the second place: those that the reader wants, and other readers do without.
+fn completed(text: &str) -> (String, usize) {
+    let is_missing = |section: &str| !text.lines().any(|line| line.trim_start().starts_with(section));
+    let sections = [("VERSION", "VERSION \"\"\n"), ("NS_", "NS_ :\n")];
+    let added = sections.into_iter().filter(|(section, _)| is_missing(section)).map(|(_, empty)| empty);
+    let added: Vec<&str> = added.collect();
+    (format!("{}{text}\n", added.concat()), added.len())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -320,6 +331,34 @@ mod tests {
         let error = Database::read(&wrong).map(|_| ()).expect_err("no DBC file");
         assert!(matches!(&error, DatabaseError::Text { line, .. } if (9..=13).contains(line)), "{error}");
         assert!(Database::read(TEXT.trim_end()).is_ok(), "without an end of the last line");
-        assert!(Database::read("").is_err() && Database::read("hello").is_err());
+        assert!(Database::read("").is_err());
+        let hello = Database::read("hello").map(drop).expect_err("no DBC file");
+        assert_eq!(hello.to_string(), "line 1: expected a DBC file, found `hello`");
+    }
+
+    #[test]
+    fn sections_that_other_readers_do_without_may_be_missing() {
+        for missing in [
+            &["VERSION \"\"\n"][..],
+            &["NS_ :\n"],
+            &["BS_:\n"],
+            &["BU_: A\n"],
+            &["VERSION \"\"\n", "NS_ :\n", "BS_:\n", "BU_: A\n"],
+        ] {
+            let text = missing.iter().fold(TEXT.to_owned(), |text, section| text.replace(section, ""));
+            let database = Database::read(&text).unwrap_or_else(|why| panic!("without {missing:?}: {why}"));
+            assert!(
+                database.field("Plain.Low").is_ok() && database.field("Many.Second").is_ok(),
+                "{missing:?}"
+            );
+            // What is wrong is still wrong, on its line.
+            let wrong = text.replace("SG_ Low : 4|12@1+", "SG_ Low : four@1+");
+            let line = wrong.lines().position(|line| line.contains("four")).expect("there") + 1;
+            let told = Database::read(&wrong).map(drop).expect_err("no DBC file");
+            assert!(
+                matches!(&told, DatabaseError::Text { line: at, .. } if at.abs_diff(line) <= 2),
+                "{told}, in line {line}"
+            );
+        }
     }
 }

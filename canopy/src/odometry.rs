@@ -5,6 +5,11 @@ use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::Scan;
 use serde::Serialize;
 
+/// No tractor goes back faster, m/s: an encoder that counts so counts anew, or by fewer bits.
+const FASTEST_BACK_M_S: f64 = 20.0;
+/// So much it may seem to have gone back, where scans tell little of the time between them, metres.
+const BACK_M: f64 = 1.0;
+
 /// What the advance is taken from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -57,6 +62,8 @@ pub(crate) struct Odometry {
     restarted: bool,
     /// Lines without a reading of the rig's encoder, where one was to be taken.
     unread: u64,
+    /// How often the encoder's count fell as no tractor goes back.
+    fallen: u64,
 }
 
 /// What is done with the encoder of the scan telegrams.
@@ -87,6 +94,19 @@ impl Odometry {
         self.restarted = true;
     }
 
+    /// How often the encoder's count fell as no tractor goes back, while the device went on; the speed before was held then.
+    pub(crate) fn fallen(&self) -> u64 {
+        self.fallen
+    }
+
+    /// True if the way is by the rig's speed for want of a reading of the encoder that the rig has.
+    pub(crate) fn lacks_encoder(&self, rig: &Rig) -> bool {
+        self.source == Some(AdvanceSource::Constant)
+            && self.choice == EncoderChoice::IfThere
+            && rig.encoder_ticks_per_m.is_some()
+            && self.unread > 0
+    }
+
     /// Lines without a reading of the rig's encoder, where one was to be taken.
     pub(crate) fn unread(&self) -> u64 {
         self.unread
@@ -102,7 +122,8 @@ impl Odometry {
             }
         };
         let source = *self.source.get_or_insert_with(|| {
-            self.y_m = rig.start_m;
+            // A stretch that begins later begins farther on.
+            self.y_m = rig.y_m(travel_s);
             self.ticks = encoder.map_or(0, |(_, reading)| reading.position_ticks);
             self.travel_s = travel_s;
             self.speed_m_s = speed.and_then(|speed| speed.speed_m_s).unwrap_or(0.0);
@@ -132,6 +153,9 @@ impl Odometry {
                     let mut way_m = f64::from(ticks) / ticks_per_m;
                     if std::mem::take(&mut self.restarted) {
                         way_m = way_m.max(0.0);
+                    } else if way_m < -(FASTEST_BACK_M_S * passed_s + BACK_M) {
+                        self.fallen += 1;
+                        way_m = self.speed_m_s * passed_s;
                     }
                     self.moved |= way_m != 0.0;
                     self.y_m += way_m;
@@ -199,8 +223,10 @@ mod tests {
     #[test]
     fn an_encoder_that_counts_anew_after_a_restart_has_not_driven_back() {
         let rig = Rig { encoder_ticks_per_m: Some(1000.0), ..Rig::default() };
-        // Without a restart the same ticks are a way back.
-        for (restarts, y_m) in [(true, 5.0), (false, 1.0)] {
+        // Without a restart the same ticks are a way back, if a tractor can have gone it; else they begin anew too, and the speed is held.
+        for (restarts, passed_s, y_m, fallen) in
+            [(true, 0.02, 5.0, 0), (false, 1.0, 1.0, 0), (false, 0.02, 5.02, 1)]
+        {
             let mut odometry = Odometry::default();
             odometry.y_m(&rig, &scan(1000), 0.0, None);
             odometry.y_m(&rig, &scan(5000), 4.0, None);
@@ -208,9 +234,10 @@ mod tests {
                 odometry.restart();
             }
             let at = |odometry: &mut Odometry, ticks, t_s| odometry.y_m(&rig, &scan(ticks), t_s, None);
-            at(&mut odometry, 1000, 4.02);
-            let found = at(&mut odometry, 2000, 5.0);
+            at(&mut odometry, 1000, 4.0 + passed_s);
+            let found = at(&mut odometry, 2000, 6.0);
             assert!((found - y_m).abs() < 1e-9, "{found} {y_m}");
+            assert_eq!(odometry.fallen(), fallen);
         }
         // One that went on counting tells the way.
         let mut odometry = Odometry::default();

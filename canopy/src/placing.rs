@@ -1,8 +1,9 @@
 //! Where returns came from: in the scene where the rig is known, else in the scanner's own plane.
 
+use crate::odometry::Odometry;
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Rig, RowSide};
-use rowscan_protocol::scan::{Scan, elevation_deg};
+use rowscan_protocol::scan::{EncoderReading, Scan, elevation_deg};
 use rowscan_protocol::time::DeviceClock;
 
 /// Where a scanner sits, and how far it has come.
@@ -12,6 +13,8 @@ pub struct Placing {
     /// X of the axis of its row, and 1 where it looks towards greater X at it, else −1.
     row: (f64, f64),
     clock: DeviceClock,
+    /// By the encoder in the scans, where the rig knows one and they have it; else by the rig's speed.
+    odometry: Odometry,
 }
 
 impl Placing {
@@ -29,7 +32,7 @@ impl Placing {
                 RowSide::Left => ((alley - 1.0) * spacing_m, -1.0),
             }
         });
-        Self { rig: mounted, row, clock: DeviceClock::default() }
+        Self { rig: mounted, row, clock: DeviceClock::default(), odometry: Odometry::default() }
     }
 
     /// Where the first echoes of a scan came from; time counts from the first scan that is asked about.
@@ -43,7 +46,18 @@ impl Placing {
     /// How the beams of a scan lie; time counts from the first scan that is asked about.
     pub fn line(&mut self, scan: &Scan) -> PlacedLine {
         let time_s = self.clock.seconds(scan.scan_time_us);
-        PlacedLine::new(time_s, scan.scan_frequency_hz, scan.beams, self.layer_deg(scan.layer_centideg))
+        let layer_deg = self.layer_deg(scan.layer_centideg);
+        let line = PlacedLine::new(time_s, scan.scan_frequency_hz, scan.beams, layer_deg);
+        self.on_its_way(line, scan.encoders.first().map(|reading| reading.position_ticks))
+    }
+
+    /// The next line where the tractor was: by the encoder's count at its first beam, if the rig has an encoder and there is a count, else by the rig's speed.
+    pub fn on_its_way(&mut self, line: PlacedLine, ticks: Option<u32>) -> PlacedLine {
+        let Some((rig, _)) = &self.rig else { return line };
+        let reading = ticks.map(|position_ticks| EncoderReading { position_ticks, speed: 0 });
+        let scan = Scan { encoders: reading.into_iter().collect(), ..Scan::default() };
+        let y_m = self.odometry.y_m(rig, &scan, line.time_s, None);
+        PlacedLine { way: Some((y_m, self.odometry.speed_m_s())), ..line }
     }
 
     /// Elevation of the layer with this code, degrees, as the rig reads its sign.
@@ -62,7 +76,9 @@ impl Placing {
             let (sin, cos) = alpha_deg.to_radians().sin_cos();
             return [range_m * cos, range_m * sin, up_m];
         };
-        let pose = mount.pose(rig.y_m(line.time_s + line.beam_s * beam as f64));
+        let since_s = line.beam_s * beam as f64;
+        let y_m = line.way.map_or_else(|| rig.y_m(line.time_s + since_s), |(y_m, m_s)| y_m + m_s * since_s);
+        let pose = mount.pose(y_m);
         let (sin, cos) = mount.theta_deg(alpha_deg).to_radians().sin_cos();
         let met = [range_m * cos, mount.roof_sense() * up_m, range_m * sin];
         let [x, y, z] = mount.attitude().axes().turned(met);
@@ -88,6 +104,8 @@ pub struct PlacedLine {
     beams: BeamGrid,
     /// Elevation of the layer, degrees.
     pub layer_deg: f64,
+    /// Y of the tractor at the first beam, metres, and its speed, m/s; by the rig's speed where that is left out.
+    way: Option<(f64, f64)>,
 }
 
 impl PlacedLine {
@@ -95,7 +113,7 @@ impl PlacedLine {
     pub fn new(time_s: f64, scan_frequency_hz: f64, beams: BeamGrid, layer_deg: f64) -> Self {
         let turns = scan_frequency_hz > 0.0;
         let beam_s = if turns { beams.step_deg().abs() / 360.0 / scan_frequency_hz } else { 0.0 };
-        Self { time_s, beam_s, beams, layer_deg }
+        Self { time_s, beam_s, beams, layer_deg, way: None }
     }
 }
 
@@ -116,6 +134,35 @@ mod tests {
         let line = PlacedLine::new(3.0, 10.0, BeamGrid::spanning(-450_000, 2_250_000, 5000), 0.0);
         // The beam that looks level at the row: 135° after the first one.
         placing.place(&line, 270, 1.5)
+    }
+
+    /// A tractor that stops: its rig's speed would have it go on.
+    #[test]
+    fn scans_with_an_encoder_stand_where_it_says() {
+        use rowscan_protocol::scan::Echo;
+
+        let rig = Rig { encoder_ticks_per_m: Some(1000.0), ..both_sides() };
+        let along = |rig: &Rig| -> Vec<f64> {
+            let mut placing = Placing::new(Some(rig.clone()), 0, None);
+            let y_m = |(turn, ticks): (u32, u32)| {
+                let scan = Scan {
+                    beams: BeamGrid::spanning(-450_000, 2_250_000, 5000),
+                    scan_frequency_hz: 10.0,
+                    scan_time_us: turn * 100_000,
+                    encoders: vec![EncoderReading { position_ticks: ticks, speed: 0 }],
+                    echoes: vec![Echo { range_m: vec![1.5; 541], ..Echo::default() }],
+                    ..Scan::default()
+                };
+                placing.points(&scan)[0][1]
+            };
+            (0..).zip([5000, 5200, 5300, 5300, 5300]).map(y_m).collect()
+        };
+        let near = |found: &[f64], expected: &[f64]| {
+            found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-9)
+        };
+        assert!(near(&along(&rig), &[0.0, 0.2, 0.3, 0.3, 0.3]), "{:?}", along(&rig));
+        let without = Rig { encoder_ticks_per_m: None, ..rig };
+        assert!(near(&along(&without), &[0.0, 0.2, 0.4, 0.6, 0.8]), "{:?}", along(&without));
     }
 
     #[test]

@@ -14,6 +14,7 @@ use crate::trees::Cell;
 use crate::uncertainty::{self, Uncertainty};
 use crate::warning::Warning;
 use rowscan_protocol::counting::Counting;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount};
 
 /// Relative standard deviation of raw leaf areas by shares, of what rays see: between simulated rows of LAI 0.8 to 2.6, of four training systems and generators,
@@ -252,7 +253,11 @@ fn row(
     // Areas are told, so the encoder is not what the advance hangs on.
     if pass.odometry.unread() > 0 {
         let (scans, speed_m_s) = (pass.odometry.unread(), pass.rig.speed_m_s);
-        estimate.warnings.push(Warning::ConstantSpeed { scans, speed_m_s });
+        let has_encoder = AnyModel::by_name(&pass.mount.model).is_none_or(AnyModel::tells_ticks);
+        estimate.warnings.push(Warning::ConstantSpeed { scans, speed_m_s, has_encoder });
+    }
+    if pass.odometry.fallen() > 0 {
+        estimate.warnings.push(Warning::EncoderFell { times: pass.odometry.fallen() });
     }
     if pass.odometry.held_s() > 0.0 {
         estimate.warnings.push(Warning::SpeedHeld { seconds: pass.odometry.held_s() });

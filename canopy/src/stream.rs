@@ -21,6 +21,8 @@ use crate::warning::Warning;
 use crate::window::Window;
 use rowscan_protocol::counting::{Counting, Link, Turn, nominal_period_s};
 
+/// For so long after the first scan a reading of the encoder is awaited, seconds.
+const READING_AWAITED_S: f64 = 1.0;
 /// An encoder that has not counted while the rig's speed covers this way, metres, is dead.
 const DEAD_AFTER_M: f64 = 1.0;
 
@@ -53,6 +55,8 @@ pub struct Pipeline {
     pass: Option<RowPass>,
     /// The same by the rig's speed, while the encoder that the pass goes by has not counted yet.
     fallback: Option<Box<RowPass>>,
+    /// The pass before its first line, while the first reading of the encoder that the rig has may still come.
+    untouched: Option<Box<RowPass>>,
     calibration: Option<Calibration>,
     class: Option<RowClass>,
 }
@@ -87,6 +91,7 @@ impl Pipeline {
             latest: None,
             pass,
             fallback: None,
+            untouched: None,
             calibration,
             class: None,
         })
@@ -184,11 +189,25 @@ impl Pipeline {
         if self.counting.restarts > restarts {
             pass.odometry.restart();
         }
-        if pass.odometry.source().is_none() {
+        if travel_s > READING_AWAITED_S {
+            self.untouched = None;
+        }
+        // The first telegram of an encoder may be lost, or come behind the first scan: the row begins with the first scan that has a reading.
+        if !scan.encoders.is_empty()
+            && let Some(untouched) = self.untouched.take()
+        {
+            *pass = *untouched;
+        }
+        let begins = pass.odometry.source().is_none();
+        let empty = begins.then(|| Box::new(pass.clone()));
+        if begins {
             self.fallback = Some(Box::new(pass.without_encoder()));
         }
         let nominal_step_m = pass.rig.speed_m_s * nominal_period_s(self.counting.nominal_hz(scan));
         let y_m = pass.odometry.y_m(&pass.rig, scan, travel_s, speed);
+        if begins {
+            self.untouched = empty.filter(|_| speed.is_none() && pass.odometry.lacks_encoder(&pass.rig));
+        }
         if !pass.odometry.may_be_dead() {
             self.fallback = None;
         }

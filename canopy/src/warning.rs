@@ -191,12 +191,19 @@ pub enum Warning {
         /// Scans in which it stood.
         lines: u64,
     },
+    /// The encoder's count fell as no tractor goes back, while the scanner went on: the speed before was held.
+    EncoderFell {
+        /// So often.
+        times: u64,
+    },
     /// The rig has an encoder, and scans had no reading of it: the rig's speed was taken.
     ConstantSpeed {
         /// So many of them.
         scans: u64,
         /// The rig's speed, m/s.
         speed_m_s: f64,
+        /// The scanner's model can tell what an encoder counts.
+        has_encoder: bool,
     },
     /// The advance was to be taken from the encoder alone, and scans had no reading of it: areas are withheld.
     NoEncoder {
@@ -271,6 +278,7 @@ impl Warning {
             Self::TooMuchExcluded { .. } => "too_much_excluded",
             Self::NothingValid => "nothing_valid",
             Self::EncoderStood { .. } => "encoder_stood",
+            Self::EncoderFell { .. } => "encoder_fell",
             Self::ConstantSpeed { .. } => "constant_speed",
             Self::NoEncoder { .. } => "no_encoder",
             Self::NoTime { .. } => "no_time",
@@ -406,6 +414,12 @@ impl fmt::Display for Warning {
                 "the scanner left out {turns} of {of} turns of its mirror; a virtual scanner does so where its machine is too slow for real time: let it run \
                  slower (--time-scale 0.5), or as fast as it can (--time-scale max)"
             ),
+            // What never came has no beams that could be counted.
+            Self::SegmentsLost { segments, share } if *share == 0.0 => write!(
+                f,
+                "{segments} segments of scans were lost on their way, the same ones of every scan: how many beams they held is not known; areas are too small; look \
+                 for a slow network, a busy host, or a filter in the scanner"
+            ),
             Self::SegmentsLost { segments, share } => write!(
                 f,
                 "{segments} segments of scans were lost on their way; of {:.1} % of all beams nothing is known: impacted areas are too small by about that, leaf areas \
@@ -425,12 +439,26 @@ impl fmt::Display for Warning {
                 f,
                 "the encoder stood still in all {lines} scans, so the rig's speed was taken; if the tractor stood, take --advance encoder"
             ),
-            Self::ConstantSpeed { scans, speed_m_s } => write!(
+            Self::EncoderFell { times } => write!(
                 f,
-                "the rig has an encoder, and {scans} scans have no reading of it: the way is by the rig's constant {speed_m_s} m/s. If the tractor drove \
-                 otherwise, take --advance gnss or can; or record anew with the encoder on, where the scanner has one: `rowscan estimate SCANNER --rig RIG --record FILE` \
-                 sets it, `picoscan://HOST?encoder=on` asks for it; if its speed was even, say so with --advance constant"
+                "the encoder's count fell {times} times as no tractor goes back, and the scanner went on: it was set anew, or has fewer bits; the way of \
+                 those turns is by the speed before"
             ),
+            Self::ConstantSpeed { scans, speed_m_s, has_encoder } => {
+                write!(
+                    f,
+                    "the rig has an encoder, and {scans} scans have no reading of it: the way is by the rig's constant {speed_m_s} m/s. If the tractor drove \
+                     otherwise, take --advance gnss or can; "
+                )?;
+                f.write_str(match has_encoder {
+                    true => {
+                        "or record anew with the encoder on: `rowscan estimate SCANNER --rig RIG --record FILE` sets it, `picoscan://HOST?encoder=on` asks for \
+                         it; "
+                    }
+                    false => "this scanner's model tells no encoder's count; ",
+                })?;
+                f.write_str("if its speed was even, say so with --advance constant")
+            }
             Self::NoEncoder { scans } => write!(
                 f,
                 "{scans} scans have no reading of the encoder (the rig needs encoder_ticks_per_m, the scanner LICencset): areas are withheld"

@@ -5,6 +5,7 @@ mod common;
 
 use common::{lms111, open_rig, wall};
 use rowscan_canopy::{AdvanceSource, GroundSpeed, Pipeline, Warning};
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{EncoderReading, Scan};
 use rowscan_protocol::validity::DeviceStatus;
@@ -64,7 +65,25 @@ fn scans_without_the_rigs_encoder_go_by_constant_speed_and_it_is_told() {
     };
     let found = told(&rig(), &bare);
     assert_eq!(found.advance_source, Some(AdvanceSource::Constant));
-    assert!(found.warnings.contains(&Warning::ConstantSpeed { scans: 250, speed_m_s: rig().speed_m_s }));
+    assert!(found.warnings.contains(&Warning::ConstantSpeed {
+        scans: 250,
+        speed_m_s: rig().speed_m_s,
+        has_encoder: true
+    }));
+    // The encoder's remedy is told of models that have one, and of no other.
+    for model in AnyModel::all() {
+        let mut of_model = rig();
+        of_model.scanners[0].model = model.name().to_owned();
+        let told = told(&of_model, &bare).warnings.iter().map(ToString::to_string).collect::<String>();
+        assert!(told.contains("the rig has an encoder, and 250 scans"), "{}: {told}", model.name());
+        assert_eq!(told.contains("encoder=on"), model.tells_ticks(), "{}: {told}", model.name());
+        assert_eq!(
+            told.contains("tells no encoder's count"),
+            !model.tells_ticks(),
+            "{}: {told}",
+            model.name()
+        );
+    }
     // It is a warning: the area is that of a rig without an encoder.
     let without = Rig { encoder_ticks_per_m: None, ..rig() };
     assert_eq!(found.impacted_total_area_m2, told(&without, &bare).impacted_total_area_m2);
@@ -102,4 +121,55 @@ fn lines_that_are_left_out_are_filled_by_their_neighbours() {
     assert!((area(&holed) / area(&whole) - 1.0).abs() < 1e-9, "{} {}", area(&holed), area(&whole));
     assert_eq!((holed.scans, holed.scans_lost, holed.scans_excluded), (250, 0, 35));
     assert_eq!(holed.scan_frequency_hz, whole.scan_frequency_hz);
+}
+
+/// The first readings of an encoder that has telegrams of its own may be lost, or come late.
+#[test]
+fn the_row_begins_with_the_first_reading_of_an_encoder_that_is_there_a_second_later_at_most() {
+    let missing = |count: usize| {
+        let mut scans = drive(|turn| 4000 + turn * 10);
+        scans.iter_mut().take(count).for_each(|scan| scan.encoders.clear());
+        pushed(Pipeline::new(Some(&rig()), 0, None).unwrap(), &scans)
+    };
+    let whole = missing(0);
+    for count in [1, 10, 50] {
+        let found = missing(count);
+        assert_eq!(found.advance_source, Some(AdvanceSource::Encoder), "{count} missing");
+        let expected_m = whole.advance_m.unwrap() - count as f64 * 0.01;
+        assert!(
+            (found.advance_m.unwrap() - expected_m).abs() < 1e-9,
+            "{count} missing: {:?}",
+            found.advance_m
+        );
+        assert!(found.warnings.iter().all(|warning| warning.code() != "constant_speed"));
+        let way_m2 = |estimate: &rowscan_canopy::Estimate| {
+            estimate.impacted_total_area_m2.unwrap() / estimate.scanned_m.unwrap()
+        };
+        assert!((way_m2(&found) / way_m2(&whole) - 1.0).abs() < 1e-3, "a metre of wall is a metre of wall");
+    }
+    let too_late = missing(60);
+    assert_eq!(too_late.advance_source, Some(AdvanceSource::Constant));
+    assert!(too_late.warnings.iter().any(|warning| warning.code() == "constant_speed"));
+}
+
+/// Set anew by somebody, or of 16 bits: the scanner goes on meanwhile.
+#[test]
+fn an_encoder_that_falls_is_no_way_back_and_is_told() {
+    let new = || Pipeline::new(Some(&rig()), 0, None).unwrap();
+    let whole = pushed(new(), &drive(|turn| turn * 20));
+    for falls in
+        [&|turn: u32| (turn * 20) % 1999, &|turn: u32| if turn < 120 { turn * 20 } else { (turn - 120) * 20 }]
+            as [&dyn Fn(u32) -> u32; 2]
+    {
+        let found = pushed(new(), &drive(falls));
+        assert!((found.advance_m.unwrap() - whole.advance_m.unwrap()).abs() < 1e-3, "{:?}", found.advance_m);
+        assert!(
+            found.warnings.iter().any(|warning| warning.code() == "encoder_fell"),
+            "{:?}",
+            found.warnings
+        );
+    }
+    // A tractor that does go back does so at a tractor's speed.
+    let back = pushed(new(), &drive(|turn| if turn < 120 { turn * 20 } else { 2400 - (turn - 120) * 10 }));
+    assert!(back.warnings.iter().all(|warning| warning.code() != "encoder_fell"));
 }

@@ -248,13 +248,13 @@ pub const WHATS: &[What] = &[
         "latency_error_m",
         Sprayed::LatencyError,
         &["edge", "p95_below"],
-        "how far the tractor drove between a section's edge that was wanted and the one that was delivered, m; a missed one is farther than any number",
+        "how far the tractor drove between a section's edge that was wanted and the one that was delivered, m; a missed one is farther than any number; `unmeetable` and `cut_off` ones are left out",
     ),
     sprayer(
         "edges",
         Sprayed::Edges,
         &["of", "edge", "equals", "above", "below", "between"],
-        "edges of sections that were `missed` or `spurious` (`of`); both where it is left out",
+        "edges of sections that were `missed` or `spurious` (`of`); both where it is left out; what the run's end cut off is neither",
     ),
     sprayer(
         "recall",

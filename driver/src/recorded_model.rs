@@ -6,11 +6,12 @@ use rowscan_recording::{About, Recording};
 use crate::Source;
 
 impl Source {
-    /// The model that a recording names for its scanners, where that is one: of several, which stream is of which is not told. `None` of live scanners, of
-    /// files that name none, and of what is no file to be opened twice. Whatever is wrong with a file is told by
+    /// The model that a recording names for the stream that is asked for, else for all its scanners, where that is one. `None` of live scanners, of
+    /// files that name none, of several models where no stream is asked for, and of what is no file to be opened twice. Whatever is wrong with a file is told by
     /// [`Scanner::open`](crate::Scanner::open).
     pub fn recorded_model(&self) -> Option<AnyModel> {
-        model_of(self.peek()?.about())
+        let Self::Recording { stream, .. } = self else { return None };
+        model_of(self.peek()?.about(), stream.as_deref())
     }
 
     /// A recording with its first packet read, to see what it says of itself; `None` of live scanners and of what cannot be read.
@@ -23,11 +24,10 @@ impl Source {
     }
 }
 
-/// The one model that a recording names.
-pub(crate) fn model_of(about: &About) -> Option<AnyModel> {
-    let mut names = about.model.as_deref()?.split(',').map(str::trim);
-    let first = names.next()?;
-    names.all(|name| name == first).then(|| AnyModel::by_name(first))?
+/// The model that a recording names for this stream, else for all of them.
+pub(crate) fn model_of(about: &About, stream: Option<&str>) -> Option<AnyModel> {
+    let name = stream.map_or_else(|| about.only_model(), |stream| about.model_of(stream))?;
+    AnyModel::by_name(name)
 }
 
 #[cfg(test)]
@@ -43,16 +43,25 @@ mod tests {
 
     /// A recording of these models, with these streams.
     fn file(folder: &Path, models: &[&str], streams: &[&str]) -> String {
-        let about = About { model: Some(models.join(", ")), ..About::default() };
-        let mut writer = McapWriter::new(Cursor::new(Vec::new()), &about, Decoded::default()).unwrap();
+        written(folder, &About { model: Some(models.join(", ")), ..About::default() }, streams)
+    }
+
+    fn written(folder: &Path, about: &About, streams: &[&str]) -> String {
+        let mut writer = McapWriter::new(Cursor::new(Vec::new()), about, Decoded::default()).unwrap();
         for name in streams {
             let stream = writer.add_stream(name, StreamKind::Cola).unwrap();
             writer.write(stream, Side::Device, 1, 0, b"\x02sRA STlms\x03").unwrap();
         }
         writer.finish().unwrap();
-        let path = folder.join(format!("{}-{}.mcap", models.join("-"), streams.len()));
+        let path = folder.join(format!("{}.mcap", std::fs::read_dir(folder).unwrap().count()));
         std::fs::write(&path, writer.into_inner().into_inner()).unwrap();
         path.to_str().unwrap().to_owned()
+    }
+
+    /// The same, and each model is told of its stream.
+    fn named(folder: &Path, models: &[&'static str], streams: &[&str]) -> String {
+        let scanners = models.iter().zip(streams).map(|(model, stream)| (*model, [(*stream).to_owned()]));
+        written(folder, &About::default().of_scanners(scanners), streams)
     }
 
     fn recorded_model(source: &str) -> Option<&'static str> {
@@ -69,6 +78,13 @@ mod tests {
             assert_eq!(recorded_model(&one), Some(*first));
             let two = file(folder.path(), pair, &["left", "right"]);
             assert_eq!(recorded_model(&format!("{two}#right")), None, "which of the two is not said");
+            let told = named(folder.path(), pair, &["left", "right"]);
+            assert_eq!(recorded_model(&format!("{told}#left")), Some(*first));
+            assert_eq!(recorded_model(&format!("{told}#right")), Some(*second));
+            assert_eq!(recorded_model(&told), None, "which stream is read is not said");
+            // The twin: names swapped.
+            let swapped = named(folder.path(), pair, &["right", "left"]);
+            assert_eq!(recorded_model(&format!("{swapped}#left")), Some(*second));
             let same = file(folder.path(), &[second, second], &["left", "right"]);
             assert_eq!(recorded_model(&format!("{same}#right")), Some(*second));
         }

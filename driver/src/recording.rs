@@ -221,7 +221,9 @@ impl Feed for Recording {
     }
 
     fn recorded_model(&self) -> Option<AnyModel> {
-        model_of(self.recording.about())
+        let chosen = self.chosen.and_then(|chosen| self.recording.streams().get(chosen));
+        let stream = chosen.map(|stream| stream.name.as_str()).or(self.wanted.as_deref());
+        model_of(self.recording.about(), stream)
     }
 
     fn broken_off(&self) -> Option<String> {

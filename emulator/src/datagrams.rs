@@ -24,7 +24,7 @@ pub(crate) struct Datagrams {
     waiting: Mutex<VecDeque<Datagram>>,
     /// Addresses that are no loopback and may be sent to.
     allowed: Vec<IpAddr>,
-    told: Mutex<Vec<(Stream, Result<SocketAddrV4, ()>)>>,
+    told: Mutex<Vec<(Stream, Quiet)>>,
     sent: AtomicU64,
     withheld: AtomicU64,
     unheard: AtomicU64,
@@ -168,27 +168,118 @@ impl Datagrams {
     /// Tells once what is switched on and goes nowhere.
     pub(crate) fn tell(&self, device: &Device) {
         for stream in Stream::ALL {
-            let silent = match device.destination(stream) {
-                Ok(to) if self.may_go_to(*to.ip()) => continue,
-                Ok(to) => Ok(to),
-                Err(Silent::Off) => continue,
-                Err(Silent::Otherwise) => Err(()),
-            };
+            let Some(quiet) = self.quiet(device, stream) else { continue };
             let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-            if told.contains(&(stream, silent)) || told.len() >= MAX_TOLD {
+            if told.contains(&(stream, quiet)) || told.len() >= MAX_TOLD {
                 continue;
             }
-            told.push((stream, silent));
-            let (what, [_, place]) = (stream.name(), stream.variables());
-            match silent {
-                Ok(to) => tracing::warn!(
-                    "{what} telegrams are to go to {to}, which is not this machine: nothing is sent there; --allow-destination {} allows it",
-                    to.ip()
-                ),
-                Err(()) => tracing::warn!(
-                    "{what} telegrams are on, and nothing is sent: {place} or ScanDataFormat asks for what goes out otherwise or is not emulated"
-                ),
-            }
+            told.push((stream, quiet));
+            tracing::warn!(
+                "{} telegrams are on, and nothing is sent: {}",
+                stream.name(),
+                quiet.because(stream)
+            );
         }
+    }
+
+    /// Why nothing comes of a stream that is switched on.
+    fn quiet(&self, device: &Device, stream: Stream) -> Option<Quiet> {
+        match device.destination(stream) {
+            Ok(to) if !self.may_go_to(*to.ip()) => Some(Quiet::NotAllowed(to)),
+            Ok(_) if stream == Stream::Scan => device.hidden_by().map(Quiet::Hidden),
+            Ok(_) | Err(Silent::Off) => None,
+            Err(Silent::Otherwise) => Some(Quiet::Otherwise),
+        }
+    }
+}
+
+/// Why nothing comes of a stream that is switched on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Quiet {
+    /// Nobody has allowed that it goes there.
+    NotAllowed(SocketAddrV4),
+    /// It would go out otherwise than as UDP.
+    Otherwise,
+    /// The filter of this variable leaves nothing.
+    Hidden(&'static str),
+}
+
+impl Quiet {
+    fn because(self, stream: Stream) -> String {
+        let [_, place] = stream.variables();
+        match self {
+            Self::NotAllowed(to) => format!(
+                "they are to go to {to}, which is not this machine; --allow-destination {} allows it",
+                to.ip()
+            ),
+            Self::Otherwise => {
+                format!("{place} or ScanDataFormat asks for what goes out otherwise or is not emulated")
+            }
+            Self::Hidden(filter) => format!(
+                "{filter} leaves no beam of any turn (a start behind its stop, a range between two beams, all layers off); set another, or switch it off"
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+    use rowscan_protocol::device::Identity;
+    use rowscan_protocol::model::SEGMENTED;
+
+    use super::*;
+
+    /// The rule: whatever leaves nothing of a stream that is on is told, over all models; what leaves something is not.
+    #[test]
+    fn a_filter_that_leaves_nothing_is_told_and_one_that_leaves_something_is_not() {
+        for model in SEGMENTED {
+            let mut device = Device::new(model, Identity::default());
+            device.direct("127.0.0.1:2115".parse().unwrap());
+            let datagrams = Datagrams::default();
+            let Some(filter) = device.variable("LFPangleRangeFilter") else { continue };
+            let told = |device: &mut Device, numbers: [i64; 6]| {
+                let value = numbers.map(rowscan_protocol::device::variable::Value::Number).to_vec();
+                device.set_value(filter, value, SimTime::ZERO).unwrap();
+                datagrams.quiet(device, Stream::Scan)
+            };
+            let backwards = [1, 100_000, -100_000, -900_000, 900_000, 1];
+            assert_eq!(told(&mut device, backwards), None, "{}: scans are off", model.name);
+            device.enable_streaming();
+            assert_eq!(
+                told(&mut device, backwards),
+                Some(Quiet::Hidden("LFPangleRangeFilter")),
+                "{}",
+                model.name
+            );
+            assert_eq!(
+                told(&mut device, [1, -100_000, 100_000, -900_000, 900_000, 1]),
+                None,
+                "{}",
+                model.name
+            );
+            assert_eq!(
+                told(&mut device, [0, 100_000, -100_000, -900_000, 900_000, 1]),
+                None,
+                "{}",
+                model.name
+            );
+            // The log has it once.
+            told(&mut device, backwards);
+            (0..3).for_each(|_| datagrams.tell(&device));
+            assert_eq!(datagrams.told.lock().unwrap().len(), 1, "{}", model.name);
+        }
+    }
+
+    #[test]
+    fn why_nothing_comes_is_told_with_its_remedy() {
+        let because = |quiet: Quiet| quiet.because(Stream::Scan);
+        assert!(
+            because(Quiet::NotAllowed("10.0.0.7:2115".parse().unwrap()))
+                .contains("--allow-destination 10.0.0.7")
+        );
+        assert!(because(Quiet::Otherwise).starts_with("ScanDataEthSettings or ScanDataFormat asks for"));
+        assert!(because(Quiet::Hidden("LFPlayerFilter")).ends_with("set another, or switch it off"));
     }
 }

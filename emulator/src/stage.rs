@@ -68,8 +68,9 @@ impl Stage {
         Ok(Self::of_orchard(scene, orchard))
     }
 
-    /// A stage on which another orchard stands than the scene grows: one that was grown before, or changed.
+    /// A stage on which another orchard stands than the scene grows: one that was grown before, or changed. Its rows end where the scene's drive has headlands.
     pub fn of_orchard(scene: Scene, orchard: Orchard) -> Self {
+        let orchard = orchard.beside(&scene.drive);
         let caster = Arc::new(Caster::new(&orchard));
         Self {
             rig: scene.resolved_rig(),
@@ -91,6 +92,9 @@ impl Stage {
     /// The same orchard with another rig or other optics; what `scene` says of trees is not looked at.
     #[must_use]
     pub fn with_scene(self, scene: Scene) -> Self {
+        if scene.drive.has_headlands() != self.scene.drive.has_headlands() {
+            return Self { plumes: self.plumes, ..Self::of_orchard(scene, self.orchard) };
+        }
         Self { rig: scene.resolved_rig(), true_rig: scene.true_rig(), scene, ..self }
     }
 
@@ -189,15 +193,24 @@ impl Stage {
         &self.caster
     }
 
-    /// Scans a client receives while the tractor drives from its start to the end of the first row, at most an hour's.
+    /// Scans a client receives while the tractor drives past as much as a row from its start on, at most an hour's. The row repeats, so that is the whole row,
+    /// wherever the drive starts.
     pub fn scans_per_row(&self, device: &Device) -> u64 {
-        self.scans_to_row_end(f64::from(device.mirror().frequency_centihz) / 100.0)
+        self.scans_of_row(f64::from(device.mirror().frequency_centihz) / 100.0)
     }
 
     /// The same of a scanner that sends `hertz` scans a second.
+    pub fn scans_of_row(&self, hertz: f64) -> u64 {
+        self.scans_of_way(self.orchard.length_m(), hertz)
+    }
+
+    /// Scans of a scanner that sends `hertz` a second, until the tractor has come from its start to the end of the first row.
     pub fn scans_to_row_end(&self, hertz: f64) -> u64 {
+        self.scans_of_way((self.orchard.length_m() - self.rig.start_m).max(0.0), hertz)
+    }
+
+    fn scans_of_way(&self, way_m: f64, hertz: f64) -> u64 {
         let length_m = self.orchard.length_m();
-        let way_m = (length_m - self.rig.start_m).max(0.0);
         if self.scene.drive == Drive::default() {
             return ((way_m / self.rig.speed_m_s * hertz).min(LONGEST_PASS_S * hertz)).round() as u64;
         }

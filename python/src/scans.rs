@@ -287,11 +287,15 @@ impl ScanArrays {
         let (ranges_m, time_s) =
             (self.ranges_m.bind(py).try_readonly()?, self.time_s.bind(py).try_readonly()?);
         let (ranges_m, time_s) = (ranges_m.as_slice()?, time_s.as_slice()?);
-        let (placing, columns) = (Placing::new(rig, scanner, alley.flatten()), beams.len());
+        let ticks = self.encoder_ticks.as_ref().map(|ticks| ticks.bind(py).try_readonly()).transpose()?;
+        let ticks = ticks.as_ref().map(|ticks| ticks.as_slice()).transpose()?;
+        let (mut placing, columns) = (Placing::new(rig, scanner, alley.flatten()), beams.len());
         let (mut points_m, mut scans, mut numbers) = (Vec::new(), Vec::<u32>::new(), Vec::<u32>::new());
         for ((scan, time_s), line) in (0..).zip(time_s).zip(ranges_m.chunks(columns.max(1))) {
             let layer_deg = placing.layer_deg(self.told.layer_centideg);
             let placed = PlacedLine::new(*time_s, self.told.scan_frequency_hz, beams, layer_deg);
+            let placed =
+                placing.on_its_way(placed, ticks.and_then(|ticks| ticks.get(scan as usize)).copied());
             for (beam, range_m) in (0..).zip(line).filter(|(_, range_m)| range_m.is_finite()) {
                 points_m.push(placing.place(&placed, beam as usize, *range_m));
                 scans.push(scan);

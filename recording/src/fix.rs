@@ -20,6 +20,8 @@ pub struct Gga {
     pub fix: Fix,
     /// How it was determined, by NMEA 0183: 1 by satellites alone, 2 with corrections, 4 and 5 with carrier phases (fixed, float), 6 estimated.
     pub quality: u8,
+    /// Time of day, seconds since midnight UTC.
+    pub utc_s: Option<f64>,
 }
 
 /// Finds fixes in a receiver's bytes.
@@ -62,7 +64,11 @@ fn gga(line: &str) -> Option<Gga> {
         longitude_deg: angle(4, 3, "W")?,
         altitude_m: field(9).parse::<f64>().ok()? + field(11).parse().unwrap_or(0.0),
     };
-    Some(Gga { fix, quality: field(6).parse().ok()? })
+    let clock = field(1);
+    let part = |range| clock.get(range).and_then(|digits: &str| digits.parse::<f64>().ok());
+    let utc_s = part(0..2).zip(part(2..4)).zip(clock.get(4..).and_then(|s| s.parse::<f64>().ok()));
+    let utc_s = utc_s.map(|((hours, minutes), seconds)| 3600.0 * hours + 60.0 * minutes + seconds);
+    Some(Gga { fix, quality: field(6).parse().ok()?, utc_s })
 }
 
 #[cfg(test)]

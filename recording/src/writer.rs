@@ -38,12 +38,16 @@ pub(crate) const ABOUT: &str = "rowscan";
 pub(crate) const STREAM_KEY: &str = "stream";
 pub(crate) const SIDE_KEY: &str = "from";
 pub(crate) const KIND_KEY: &str = "kind";
+/// What stands before a stream's name in the key of its model.
+const MODEL_OF: &str = "model/";
 
 /// Describes a recording, as far as is known; stored in the file's metadata.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct About {
     /// Scanner model, by the name `rowscan models` lists.
     pub model: Option<String>,
+    /// The model of each stream, by the stream's name, where that is known.
+    pub models: BTreeMap<String, String>,
     /// The scene, as it was named.
     pub scene: Option<String>,
     /// The rig, as a rig file has it.
@@ -69,13 +73,43 @@ impl About {
             ("source", self.source.clone()),
             ("program", self.program.clone()),
         ];
-        entries.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))).collect()
+        let entries = entries.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
+        let models = self.models.iter().map(|(stream, model)| (format!("{MODEL_OF}{stream}"), model.clone()));
+        entries.chain(models).collect()
+    }
+
+    /// Says what the scanners are: the model of each, and the streams that its telegrams may come in.
+    #[must_use]
+    pub fn of_scanners<S: IntoIterator<Item = String>>(
+        mut self,
+        scanners: impl IntoIterator<Item = (&'static str, S)>,
+    ) -> Self {
+        let mut names = Vec::new();
+        for (model, streams) in scanners {
+            names.push(model);
+            self.models.extend(streams.into_iter().map(|stream| (stream, model.to_owned())));
+        }
+        self.model = Some(names.join(", "));
+        self
+    }
+
+    /// The model of this stream: the one that is told of it, else the only one that is told at all.
+    pub fn model_of(&self, stream: &str) -> Option<&str> {
+        self.models.get(stream).map(String::as_str).or_else(|| self.only_model())
+    }
+
+    /// The model of all scanners, where it is one.
+    pub fn only_model(&self) -> Option<&str> {
+        let mut names = self.model.as_deref()?.split(',').map(str::trim);
+        let first = names.next()?;
+        names.all(|name| name == first).then_some(first)
     }
 
     /// Fills what is unknown here from `other`.
     pub fn or(self, other: Self) -> Self {
         Self {
             model: self.model.or(other.model),
+            models: if self.models.is_empty() { other.models } else { self.models },
             scene: self.scene.or(other.scene),
             rig: self.rig.or(other.rig),
             seed: self.seed.or(other.seed),
@@ -89,6 +123,10 @@ impl About {
         let text = |key: &str| entries.get(key).cloned();
         Self {
             model: text("model"),
+            models: entries
+                .iter()
+                .filter_map(|(key, model)| Some((key.strip_prefix(MODEL_OF)?.to_owned(), model.clone())))
+                .collect(),
             scene: text("scene"),
             rig: text("rig"),
             seed: text("seed").and_then(|seed| seed.parse().ok()),

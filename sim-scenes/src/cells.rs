@@ -130,7 +130,7 @@ impl Orchard {
     /// The cells of one row; none where there is no such row, or a size is not a positive number. Parts beyond the row's end count where
     /// the row repeats them.
     pub fn cells_of_row(&self, row: usize, grid: CellGrid) -> Option<RowCells> {
-        let (along, heights) = grid.bins(self.length_m())?;
+        let (along, heights) = grid.bins(self.period_m())?;
         (row < self.rows()).then_some(())?;
         let mut cells = RowCells { row, along, heights, areas: BTreeMap::new(), reach: None };
         for (number, tree) in (0..).zip(self.trees_of_row(row)) {

@@ -62,7 +62,7 @@ impl Orchard {
         track: Track,
     ) -> Option<Vec<SeenCell>> {
         let cells = self.cells_of_row(row, grid)?;
-        let (along, heights) = grid.bins(self.length_m())?;
+        let (along, heights) = grid.bins(self.period_m())?;
         let first = row * self.trees_per_row();
         let axis_m = self.row_spacing_m().map_or(0.0, |spacing_m| row as f64 * spacing_m);
         let look = Look { caster, mirror_m: [axis_m + track.aside_m, track.height_m] };

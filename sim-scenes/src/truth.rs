@@ -129,6 +129,13 @@ pub struct HeightBand {
 }
 
 impl Truth {
+    /// The tree at place `number` of the row, which repeats; of one whose trees have no cells, of its own places only.
+    pub fn tree(&self, number: u32) -> Option<&TreeTruth> {
+        let number = number as usize;
+        let repeats = self.trees.iter().all(|tree| tree.cell_leaf_area_m2.is_some());
+        self.trees.get(if repeats { number.checked_rem(self.trees.len())? } else { number })
+    }
+
     /// Measures the trees of one row.
     pub(crate) fn of_row(orchard: &Orchard, trees: &[Cow<'_, Tree>], row: usize, grid: TruthGrid) -> Self {
         let cell_m2 = orchard.row_spacing_m().zip(orchard.tree_spacing_m()).map(|(row, tree)| row * tree);

@@ -35,6 +35,16 @@ impl Edge {
     }
 }
 
+/// Why an edge says nothing of who commanded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Undecided {
+    /// It should have been before any command could have opened the section.
+    Unmeetable,
+    /// It is alone, and its counterpart, wanted or delivered, may lie beyond the run: it ended too soon behind it, or began before leaves.
+    CutOff,
+}
+
 /// An edge that was wanted, or delivered, or both.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EdgePair {
@@ -42,9 +52,9 @@ pub struct EdgePair {
     pub section: usize,
     /// Which way.
     pub edge: Edge,
-    /// When it should have been, seconds; none where it is spurious.
+    /// When it should have been, seconds; none where it is spurious, or cut off.
     pub wanted_s: Option<f64>,
-    /// When it was, seconds; none where it was missed.
+    /// When it was, seconds; none where it was missed, or cut off.
     pub delivered_s: Option<f64>,
     /// How much too late, seconds; negative too soon.
     pub late_s: Option<f64>,
@@ -52,19 +62,24 @@ pub struct EdgePair {
     pub late_m: Option<f64>,
     /// Speed ahead when it should have been, or was, m/s.
     pub speed_m_s: f64,
-    /// It should have been before any command could have opened the section: nobody is late for it.
-    pub unmeetable: bool,
+    /// Why it is neither missed, nor spurious, nor late; none where it is decided.
+    pub undecided: Option<Undecided>,
 }
 
 impl EdgePair {
     /// It should have been, could have been, and was not.
     pub fn is_missed(&self) -> bool {
-        self.delivered_s.is_none() && !self.unmeetable
+        self.delivered_s.is_none() && self.undecided.is_none()
+    }
+
+    /// It was, and should not have been.
+    pub fn is_spurious(&self) -> bool {
+        self.wanted_s.is_none() && self.undecided.is_none()
     }
 
     /// How much too late it was, seconds and metres; none where that says nothing of who commanded.
     fn late(&self) -> Option<(f64, f64)> {
-        self.late_s.zip(self.late_m).filter(|_| !self.unmeetable)
+        self.late_s.zip(self.late_m).filter(|_| self.undecided.is_none())
     }
 }
 
@@ -82,6 +97,8 @@ pub struct EdgeSummary {
     pub missed: usize,
     /// Those of them that were wanted at the start, before any command could have opened the section: neither missed nor late.
     pub unmeetable: usize,
+    /// Edges, wanted or delivered, whose counterpart the run's end or beginning may have cut off: neither missed nor spurious.
+    pub cut_off: usize,
     /// Edges that should not have been.
     pub spurious: usize,
     /// Median of how much too late, s; negative too soon.
@@ -140,12 +157,18 @@ impl Off {
 }
 
 impl Edges {
-    /// Of what `flows`, one a nozzle, did on a pass. Edges that the run's beginning or end cuts are none.
+    /// Of what `flows`, one a nozzle, did on a pass. Edges that the run's beginning or end cuts are none. One that is alone within [`MATCH_M`] before the end is
+    /// undecided, unless so much time was left that a tractor that goes would have driven as far; so is an opening as near behind the beginning of a run that
+    /// begins before leaves.
     pub fn of(pass: &Pass, flows: &[Flow]) -> Self {
         let open = pass.section_open(flows);
+        let (run, longest_s) = (pass.time(), MATCH_M / pass.boom().standstill_m_s);
+        let is_near =
+            |a: f64, b: f64| (pass.way_m(a) - pass.way_m(b)).abs() <= MATCH_M && (a - b).abs() <= longest_s;
         let mut all = Vec::new();
         for (section, (wanted, open)) in pass.section_wanted().iter().zip(&open).enumerate() {
             let could_open_s = pass.could_open_s(section);
+            let begins_wanted = wanted.has(run.from);
             for edge in Edge::ALL {
                 let (wanted, delivered) = (times(wanted, edge, pass.time()), times(open, edge, pass.time()));
                 let way = |times: &[f64]| times.iter().map(|at| pass.way_m(*at)).collect::<Vec<_>>();
@@ -156,6 +179,17 @@ impl Edges {
                     let (wanted_s, delivered_s) = (at(&wanted, a), at(&delivered, b));
                     let late = wanted_s.zip(delivered_s);
                     let speed_m_s = pass.drive().speed_m_s(wanted_s.or(delivered_s).unwrap_or_default());
+                    let is_unmeetable = wanted_s.is_some_and(|wanted_s| wanted_s < could_open_s - ON_TIME_S);
+                    // Where a run begins before leaves, the opening was wanted before it.
+                    let was_wanted = edge == Edge::Open && wanted_s.is_none() && begins_wanted;
+                    let is_cut_off = wanted_s.xor(delivered_s).is_some_and(|alone_s| {
+                        is_near(alone_s, run.to) || (was_wanted && is_near(alone_s, run.from))
+                    });
+                    let undecided = match (is_unmeetable, is_cut_off) {
+                        (true, _) => Some(Undecided::Unmeetable),
+                        (false, true) => Some(Undecided::CutOff),
+                        (false, false) => None,
+                    };
                     all.push(EdgePair {
                         section,
                         edge,
@@ -164,7 +198,7 @@ impl Edges {
                         late_s: late.map(|(wanted, delivered)| delivered - wanted),
                         late_m: late.map(|(wanted, delivered)| pass.way_m(delivered) - pass.way_m(wanted)),
                         speed_m_s,
-                        unmeetable: wanted_s.is_some_and(|wanted_s| wanted_s < could_open_s - ON_TIME_S),
+                        undecided,
                     });
                 }
             }
@@ -185,8 +219,9 @@ impl Edges {
         EdgeSummary {
             wanted: chosen().filter(|pair| pair.wanted_s.is_some()).count(),
             missed: chosen().filter(|pair| pair.is_missed()).count(),
-            unmeetable: chosen().filter(|pair| pair.unmeetable).count(),
-            spurious: chosen().filter(|pair| pair.wanted_s.is_none()).count(),
+            unmeetable: chosen().filter(|pair| pair.undecided == Some(Undecided::Unmeetable)).count(),
+            cut_off: chosen().filter(|pair| pair.undecided == Some(Undecided::CutOff)).count(),
+            spurious: chosen().filter(|pair| pair.is_spurious()).count(),
             p50_s: quantile(late_s.clone(), 0.5),
             p95_s: quantile(away(&late_s), 0.95),
             worst_s: quantile(away(&late_s), 1.0),
@@ -198,10 +233,11 @@ impl Edges {
         }
     }
 
-    /// 95th percentile of how far wanted edges were off, metres: one that was missed is farther than any number. None where none was wanted that could be met.
+    /// 95th percentile of how far wanted edges were off, metres: one that was missed is farther than any number. None where none was wanted that is decided.
     pub fn p95_with_missed_m(&self, edge: Option<Edge>) -> Option<f64> {
         let of_edge = |pair: &&EdgePair| edge.is_none_or(|edge| edge == pair.edge);
-        let wanted = self.0.iter().filter(of_edge).filter(|pair| pair.wanted_s.is_some() && !pair.unmeetable);
+        let wanted =
+            self.0.iter().filter(of_edge).filter(|pair| pair.wanted_s.is_some() && pair.undecided.is_none());
         quantile(wanted.map(|pair| pair.late_m.map_or(f64::INFINITY, f64::abs)).collect(), 0.95)
     }
 }
@@ -312,12 +348,12 @@ mod tests {
             late_s,
             late_m: late_s.map(|late_s| late_s * 2.0),
             speed_m_s: 2.0,
-            unmeetable: false,
+            undecided: None,
         };
         let spurious = EdgePair { wanted_s: None, delivered_s: Some(3.0), ..pair(None) };
         let all = Edges(late.map(Some).chain([None]).map(pair).chain([spurious]).collect());
-        let EdgeSummary { lead, lag, wanted, missed, spurious, worst_s, .. } = all.summary(|_| true);
-        assert_eq!((wanted, missed, spurious, lead.edges, lag.edges), (22, 1, 1, 1, 19));
+        let EdgeSummary { lead, lag, wanted, missed, spurious: alone, worst_s, .. } = all.summary(|_| true);
+        assert_eq!((wanted, missed, alone, lead.edges, lag.edges), (22, 1, 1, 1, 19));
         let about = |found: Option<f64>, expected: f64| (found.expect("known") - expected).abs() < 1e-12;
         assert!(about(lead.p50_s, 0.1) && about(lead.worst_s, 0.1) && about(lead.p95_m, 0.2), "{lead:?}");
         assert!(about(lag.p50_s, 0.10) && about(lag.p95_s, 0.19) && about(lag.worst_m, 0.38), "{lag:?}");
@@ -331,7 +367,7 @@ mod tests {
         let other = Edges(all.0.iter().map(turned).collect()).summary(|_| true);
         assert_eq!((other.lead, other.lag), (lag, lead));
         // What nobody could have met is told, and is nothing else.
-        let at_start = |delivered_s| EdgePair { unmeetable: true, ..pair(delivered_s) };
+        let at_start = |delivered_s| EdgePair { undecided: Some(Undecided::Unmeetable), ..pair(delivered_s) };
         let with: Vec<EdgePair> =
             all.0.iter().copied().chain([at_start(None), at_start(Some(0.4))]).collect();
         let with = Edges(with);
@@ -339,6 +375,13 @@ mod tests {
         assert_eq!(with.summary(|_| true), expected);
         assert_eq!(with.p95_with_missed_m(None), all.p95_with_missed_m(None));
         assert_eq!(Edges(vec![at_start(None)]).p95_with_missed_m(None), None);
+        // So is what the end cut off, wanted or delivered.
+        let at_end = |pair| EdgePair { undecided: Some(Undecided::CutOff), ..pair };
+        let cut = [at_end(pair(None)), at_end(spurious)];
+        let expected = EdgeSummary { wanted: 23, cut_off: 2, ..all.summary(|_| true) };
+        let with = Edges(all.0.iter().copied().chain(cut).collect());
+        assert_eq!(with.summary(|_| true), expected);
+        assert_eq!(with.p95_with_missed_m(None), all.p95_with_missed_m(None));
         assert_eq!(Edges::default().summary(|_| true).lag, Off::default(), "no edge, no number");
     }
 

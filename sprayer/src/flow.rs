@@ -80,13 +80,15 @@ pub struct Flow {
     pub pieces: Vec<Piece>,
     /// When the nozzle counts as open: while anything flows; with a pulsed valve also between its pulses, with a proportional one above a twentieth of full.
     pub open: Spans,
+    /// When its valve is open by the same rule, whether or not there is liquid behind it and the nozzle lets it through.
+    pub valve: Spans,
 }
 
 impl Flow {
     /// Full flow in these times and none between them.
     pub fn full(full_l_s: f64, open: Spans) -> Self {
         let full = |span: &Span| Piece { span: *span, course: Course::Ramp { from: 1.0, to: 1.0 } };
-        Self { full_l_s, pieces: open.iter().map(full).collect(), open }
+        Self { full_l_s, pieces: open.iter().map(full).collect(), valve: open.clone(), open }
     }
 
     /// Nothing leaves it from `at` on.

@@ -65,7 +65,7 @@ impl BandLeaves {
             sums_m2.push(sum_m2);
         }
         let longest_m = blades.iter().map(|blade| blade.along.length()).fold(0.0, f64::max);
-        Self { length_m: orchard.length_m(), blades, sums_m2, longest_m }
+        Self { length_m: orchard.period_m(), blades, sums_m2, longest_m }
     }
 
     /// True where the band is empty.

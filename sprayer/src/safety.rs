@@ -107,13 +107,13 @@ pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) 
 /// True if no valve was open from `from` until `to`: there was nothing to make safe.
 pub fn is_already_safe(flows: &[Flow], from: f64, to: f64) -> bool {
     let within = Span::new(from, to);
-    flows.iter().all(|flow| flow.open.iter().all(|span| span.common(within).is_none()))
+    flows.iter().all(|flow| flow.valve.iter().all(|span| span.common(within).is_none()))
 }
 
 /// How long after `from` the last valve shut, to stay shut until `to`: 0 where [`is_already_safe`]. None where one is still open at `to`.
 pub fn time_to_safe_s(flows: &[Flow], from: f64, to: f64) -> Option<f64> {
     let within = Span::new(from, to);
-    let open = flows.iter().flat_map(|flow| flow.open.iter().filter_map(|span| span.common(within)));
+    let open = flows.iter().flat_map(|flow| flow.valve.iter().filter_map(|span| span.common(within)));
     let last = open.map(|span| span.to).fold(from, f64::max);
     (last < to).then_some(last - from)
 }

@@ -193,7 +193,8 @@ impl Valve {
         let pieces = self.ramped(&Spans::of(flowing), until_s);
         let supports = pieces.iter().map(|piece| piece.span);
         let open = Spans::of(envelopes.into_iter().map(|(_, span)| span).chain(supports));
-        Flow { full_l_s, pieces, open: open.within(Span::new(0.0, until_s)) }
+        let open = open.within(Span::new(0.0, until_s));
+        Flow { full_l_s, pieces, valve: open.clone(), open }
     }
 
     /// When current flows.
@@ -321,7 +322,8 @@ impl Valve {
             }
             share = after;
         }
-        Flow { full_l_s, pieces, open: Spans::of(open) }
+        let open = Spans::of(open);
+        Flow { full_l_s, pieces, valve: open.clone(), open }
     }
 }
 

@@ -344,17 +344,22 @@ struct TreeBesideTruth<'a> {
     leaf_area_error: Option<f64>,
 }
 
+/// Below this share of the mean tree's leaf area a place is a gap, and an error relative to it says nothing.
+const LEAST_SHARE: f64 = 0.01;
+
 /// Every tree that has an estimate and a truth.
 fn beside_truth(outcomes: &Outcomes) -> Vec<TreeBesideTruth<'_>> {
-    let pairs = outcomes.estimate.trees.iter().zip(&outcomes.truth.trees);
-    // The tree at which a drive ended was not passed.
-    let passed = outcomes.estimate.trees.len().saturating_sub(usize::from(!outcomes.row_passed));
+    let truths = &outcomes.truth.trees;
+    let truth_of = |estimate: &TreeEstimate| outcomes.truth.tree(estimate.tree);
+    // A tree at which the drive began or ended was not passed.
+    let pairs = outcomes.estimate.trees.iter().filter_map(|estimate| Some((estimate, truth_of(estimate)?)));
+    let least_m2 = LEAST_SHARE * outcomes.truth.leaf_area_m2 / truths.len().max(1) as f64;
     pairs
-        .enumerate()
-        .map(|(place, (estimate, truth))| {
+        .map(|(estimate, truth)| {
             let leaf_area_m2 = truth.cell_leaf_area_m2;
             let error = |(found, real): (f64, f64)| (found - real) / real;
-            let known = estimate.leaf.areas.best_m2().ok().zip(leaf_area_m2).filter(|_| place < passed);
+            let known = estimate.leaf.areas.best_m2().ok().zip(leaf_area_m2);
+            let known = known.filter(|(_, real)| estimate.complete && *real >= least_m2);
             TreeBesideTruth {
                 estimate,
                 truth_leaf_area_m2: leaf_area_m2,

@@ -131,10 +131,10 @@ pub(super) async fn run(mut args: Args, mut interrupt: Interrupt) -> Result<Outc
     let parent = args.end.parent();
     let Some(stage) = interrupt.or(args.scene.stage()).await.transpose()? else { return Ok(Outcome::Done) };
     let fitted = args.fitted(&stage)?;
-    let models: Vec<&str> = fitted.iter().map(|fitted| fitted.model.name()).collect();
+    let scanners = args.scanners(&fitted)?;
     // What is read is read first: nothing that is written may take its place.
     let (script, log) = (args.faults.read()?, Log::default());
-    let taping = args.tape(&stage, &models.join(", "))?;
+    let taping = args.tape(&stage, &scanners)?;
     let (moments, truth) = args.truth.start(&stage, fitted.first().map(|fitted| fitted.index))?;
     let mut spec = BenchSpec::new(&stage, args.scale());
     let watching = args.web.is_given().then(|| Watching::new(spec.clock()));
@@ -151,7 +151,7 @@ pub(super) async fn run(mut args: Args, mut interrupt: Interrupt) -> Result<Outc
     spec.taps = watching.as_ref().map_or_else(Taps::default, Watching::taps).and(taping.taps());
     spec.watched = watching.is_some();
     spec.moments = moments;
-    spec.scanners = args.scanners(&fitted)?;
+    spec.scanners = scanners;
     let mut telling = JoinSet::new();
     args.tractor_outputs.add_to(&mut spec, &taping.taps(), &mut telling);
     let mut bench = Bench::open(spec).await?;
@@ -298,15 +298,15 @@ impl Args {
         }
     }
 
-    /// Starts the recording that is asked for, of scanners of these models.
-    fn tape(&self, stage: &Stage, models: &str) -> Result<Taping, Failure> {
+    /// Starts the recording that is asked for, of these scanners.
+    fn tape(&self, stage: &Stage, scanners: &[ScannerSpec]) -> Result<Taping, Failure> {
         let about = About {
-            model: Some(models.to_owned()),
             scene: Some(self.scene.name.clone()),
             rig: recorder::rig_text(&stage.rig),
             seed: Some(stage.scene.seed),
             ..About::default()
         };
+        let about = about.of_scanners(scanners.iter().map(|spec| (spec.model.name(), spec.streams())));
         // A clock that waits for its clients can wait for the disk too.
         self.record.start(about, self.scale().delivery().is_patient())
     }

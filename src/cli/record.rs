@@ -276,6 +276,9 @@ async fn follow(
 struct Info {
     format: String,
     model: Option<String>,
+    /// Of each stream, by its name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    models: BTreeMap<String, String>,
     scene: Option<String>,
     seed: Option<u64>,
     source: Option<String>,
@@ -306,13 +309,13 @@ fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Fa
         say(format_args!("{name}: {torn}; `rowscan record --repair {name}{to}` writes it anew"));
     }
     let outcome = if torn.is_some() { Outcome::Finding } else { Outcome::Done };
-    let About { model, scene, rig, seed, source, program } = about;
+    let About { model, models, scene, rig, seed, source, program } = about;
     let kind = recording.format().to_string();
     match format {
         Format::Json => {
             output::print_json(
                 format,
-                &Info { format: kind, model, scene, seed, source, program, rig, torn, streams },
+                &Info { format: kind, model, models, scene, seed, source, program, rig, torn, streams },
             )?;
         }
         _ => {

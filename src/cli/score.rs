@@ -286,6 +286,7 @@ impl Report {
                 wanted,
                 missed,
                 unmeetable,
+                cut_off,
                 spurious,
                 p50_s,
                 p95_s,
@@ -295,8 +296,13 @@ impl Report {
                 worst_m,
                 ..
             } = summary;
-            let counts =
-                [("wanted", wanted), ("missed", missed), ("unmeetable", unmeetable), ("spurious", spurious)];
+            let counts = [
+                ("wanted", wanted),
+                ("missed", missed),
+                ("unmeetable", unmeetable),
+                ("cut_off", cut_off),
+                ("spurious", spurious),
+            ];
             all.extend(counts.map(|(name, count)| (format!("{edge}_{name}"), Some(*count as f64))));
             let ms = |value: &Option<f64>| value.map(|s| s * 1e3);
             all.extend(

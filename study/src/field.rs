@@ -181,8 +181,11 @@ pub fn scanned(
             return Err(FieldError::Ends { line, from_m, to_m, trees });
         }
     };
+    // A metre holds a line more or less.
+    let line_m = estimate.scanned_m.unwrap_or(0.0) / estimate.scans.max(1) as f64;
+    let least_m = WHOLE - line_m;
     let wanted = if are_whole { (to_m - from_m).round() as usize } else { 1 };
-    if parts.len() != wanted || parts.iter().any(|(.., scanned_m)| *scanned_m < WHOLE) {
+    if parts.len() != wanted || parts.iter().any(|(.., scanned_m)| *scanned_m < least_m) {
         let ends = estimate.slices.first().zip(estimate.slices.last());
         let scanned = ends.map_or("no row".to_owned(), |(first, last)| {
             format!("{:.1} to {:.1} m, the ends not wholly", first.y_m - 0.5, last.y_m + 0.5)

@@ -215,7 +215,7 @@ fn each_lms2xx(
 ) -> Result<(), TrialError> {
     let (device, world) = stage.serial_scanner(0, model, lms2xx::device::Options::default())?;
     let turns = model.turns(device.variant());
-    let scans = stage.scans_to_row_end(f64::from(lms2xx::model::TURNS_PER_SECOND) / f64::from(turns));
+    let scans = stage.scans_of_row(f64::from(lms2xx::model::TURNS_PER_SECOND) / f64::from(turns));
     let mut offline = OfflineLms2xx::set_up(device, world, Lms2xxConfig { rate: Rate::R500000, ..config })?;
     for _ in 0..scans {
         if let Some((scan, met)) = offline.scan_met() {

@@ -27,6 +27,12 @@ noise_m = 0.02
 rate_hz = 10
 antenna_forward_m = 0.6
 antenna_right_m = -0.3
+[rig]
+tree_spacing_m = 1.5
+row_spacing_m = 4.0
+[[rig.scanner]]
+model = \"lms111\"
+offset_y_m = 0.7
 ";
 
 const SCENARIO: &str = r#"version = 1
@@ -91,12 +97,12 @@ fn metres_lie_where_the_scene_has_them() {
     for (y_m, off_m, properties) in &by_receiver {
         // Noise of 2 cm, and what the tractor goes in the time from a scan to its telegram.
         assert!(*off_m < 0.06, "{y_m} m: {off_m} m off");
-        assert_eq!(properties["gnss_quality"], 4, "{properties}");
+        assert_eq!(properties["gnss_quality"], 4.0, "{properties}");
     }
     let known = by_receiver.iter().filter(|(_, _, properties)| properties["leaf_area_m2"].is_number());
     assert!(known.count() >= 10, "leaf areas of the metres");
     // An antenna that is a metre from where it is said to be.
-    let wrong = mapped(&["--antenna", "0.6,0.7"]);
+    let wrong = mapped(&["--antenna", "-0.1,0.7"]);
     assert!(wrong.iter().all(|(_, off_m, _)| (0.9..1.1).contains(off_m)), "{wrong:?}");
 }
 

@@ -13,6 +13,7 @@ use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 
 use common::binary::{Emulator, assert_says, listening, refused, rowscan, run};
+use rowscan_recording::{Decoded, McapWriter, Recording};
 use serde_json::Value;
 
 const SCENE: &str = r#"
@@ -163,4 +164,80 @@ fn two_scanners_of_one_mount_have_names_of_their_own() {
     child.wait().expect("it has ended");
     let streams: Vec<_> = places.iter().map(|place| place["stream"].as_str()).collect();
     assert_eq!(streams, [Some("scanner0"), Some("scanner0-2")]);
+}
+
+/// A rig that goes by what its scanners' models are: their beams widen.
+const BY_MODEL: &str = r#"
+version = 2
+[rig]
+tree_spacing_m = 1.5
+row_spacing_m = 4.0
+optics = "device"
+[[rig.scanner]]
+model = "lms111"
+distance_m = 2.0
+row = "right"
+[[rig.scanner]]
+model = "picoscan150"
+distance_m = 2.0
+row = "left"
+"#;
+
+/// The same recording; of its models each one is told of the other's streams.
+fn with_models_swapped(from: &std::path::Path, to: &std::path::Path) {
+    let mut recording = Recording::open(from).expect("it opens");
+    let mut packets = Vec::new();
+    while let Some(packet) = recording.next_packet().expect("it reads") {
+        packets.push(packet);
+    }
+    let mut about = recording.about().clone();
+    for model in about.models.values_mut() {
+        *model = if model == "lms111" { "picoscan150" } else { "lms111" }.to_owned();
+    }
+    let mut writer =
+        McapWriter::new(std::io::Cursor::new(Vec::new()), &about, Decoded::default()).expect("begun");
+    let add =
+        |stream: &rowscan_recording::StreamInfo| writer.add_stream(&stream.name, stream.kind).expect("added");
+    let streams: Vec<_> = recording.streams().iter().map(add).collect();
+    for packet in packets {
+        let (side, at_ns) = (packet.from.expect("a side"), packet.at_ns.expect("a time"));
+        writer.write(streams[packet.stream], side, at_ns, 0, &packet.bytes).expect("written");
+    }
+    writer.finish().expect("finished");
+    std::fs::write(to, writer.into_inner().into_inner()).expect("kept");
+}
+
+#[test]
+fn each_stream_of_a_recording_is_read_by_its_own_model() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let [scene, right, wrong, file, twin] =
+        ["scene.toml", "right.toml", "wrong.toml", "both.mcap", "twin.mcap"].map(path);
+    std::fs::write(&scene, SCENE.replace("tim561", "picoscan150")).expect("written");
+    std::fs::write(&right, BY_MODEL).expect("written");
+    // A rig whose scanners are of other models than the recorded ones.
+    let others = BY_MODEL.replace("lms111", "tim561").replace("picoscan150", "lms111");
+    std::fs::write(&wrong, others).expect("written");
+    let args = [&scene, "--scanner", "0", "--scanner", "1", "--tcp", "127.0.0.1:0", "--tcp", "127.0.0.1:0"];
+    let flags = ["--time-scale", "max", "--record", &file];
+    let (child, places) = listening("emulate", &[&args[..], &flags].concat(), 2);
+    let emulator = Emulator { child, address: String::new() };
+    let sources =
+        places.iter().map(|place| format!("tcp://{}", place["address"].as_str().expect("an address")));
+    let estimate = |sources: &[String], rig: &str| {
+        let sources: Vec<&str> = sources.iter().map(String::as_str).collect();
+        let flags = ["--rig", rig, "--scans", "60", "--format", "json"];
+        let ended = run(&[&["estimate"], &sources[..], &flags].concat());
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        let mut told: Value = serde_json::from_str(&ended.stdout).expect("JSON");
+        told["scanners"].as_array_mut().expect("two").iter_mut().for_each(|one| drop(one["source"].take()));
+        told["scanners"].take()
+    };
+    let live = estimate(&sources.collect::<Vec<_>>(), &right);
+    emulator.end();
+    let of = |file: &str| ["scanner0", "scanner1"].map(|stream| format!("{file}#{stream}"));
+    assert_eq!(live, estimate(&of(&file), &right), "live is as recorded");
+    assert_eq!(live, estimate(&of(&file), &wrong), "the recording's models count");
+    with_models_swapped(file.as_ref(), twin.as_ref());
+    assert_ne!(live, estimate(&of(&twin), &right), "a wrong model is not the same");
 }

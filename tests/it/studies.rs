@@ -156,3 +156,30 @@ fn impossible_studies_are_refused() {
     );
     assert_says(&refused(&["study", "merge", "Cargo.toml"]), &["Cargo.toml", "no shard of a study"]);
 }
+
+/// A row repeats: a drive that begins before its first tree, or behind it, passes as much leaf area as one that begins with it.
+#[test]
+fn a_row_is_as_wrong_wherever_the_drive_starts() {
+    use rowscan_emulator::stage::Stage;
+    use rowscan_protocol::model;
+    use rowscan_study::trial::Trial;
+
+    let of = |start_m: f64| {
+        let mut scene = crate::common::small_scene();
+        let mut rig = scene.resolved_rig();
+        rig.start_m = start_m;
+        scene.rig = rig;
+        let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
+        let trial =
+            Trial::drive_past(&stage, model::by_name("lms111").expect("a model"), None, &[]).expect("tried");
+        let raw_m2 = trial.estimate.leaf.areas.contact_raw_m2().expect("known");
+        assert!((trial.estimate.scanned_m.expect("known") / trial.length_m - 1.0).abs() < 0.02, "{start_m}");
+        (raw_m2 / trial.truth.leaf_area_m2, trial.estimate.trees)
+    };
+    let (whole, _) = of(0.0);
+    for start_m in [-4.0, -1.0, 2.0] {
+        let (found, trees) = of(start_m);
+        assert!((found / whole - 1.0).abs() < 0.05, "{start_m}: {found} beside {whole}");
+        assert!(trees.iter().any(|tree| tree.complete), "{start_m}");
+    }
+}

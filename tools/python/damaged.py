@@ -85,11 +85,33 @@ def records(data, at=0):
         at += 9 + length
 
 
+def places(data, begin, end):
+    """Opcode, first byte and end of each record of a whole file without compression between two places; of a chunk its head, and the records within."""
+    at = begin
+    while at < end:
+        opcode, following = data[at], at + 9 + int.from_bytes(data[at + 1:at + 9], "little")
+        if opcode == 0x06:
+            fields = Fields(data[at + 9:following])
+            fields.take(8 + 8 + 8 + 4), fields.text(), fields.take(8)
+            yield opcode, at, at + 9 + fields.at
+            yield from places(data, at + 9 + fields.at, following)
+        else:
+            yield opcode, at, following
+        if opcode == 0x0F:
+            return
+        at = following
+
+
 class Mcap:
     """The device's bytes in a recording of one scanner, in stretches without a gap.
 
-    Behind damage the file is read on from where three records follow each other, or two up to the file's end. A chunk's head counts as a record, its records as
-    records of the file: the test writes without compression."""
+    What is a record goes by the MCAP specification, version 0 (https://mcap.dev/spec): "Records" (opcode 1 byte, length 8 bytes, little-endian, content;
+    opcode 0 is not valid, opcodes that a reader does not know are passed over by their length), the fields of each kind ("Header" to "Data End"), a schema's number
+    is not 0, a message's channel stands before it, the data section ends with "Data End". Gaps in a stretch go by a message's `sequence`.
+
+    The specification says nothing of what a reader does behind damage. One rule is therefore of this project (docs/bad-input.md) and written down here a second time:
+    a record is taken where a record follows it, and behind damage the file is read on from where three records follow each other, or two up to the file's end.
+    `test_damage_costs_what_it_touches` judges without it. A chunk's head counts as a record, its records as records of the file: the test writes without compression."""
 
     MAGIC = b"\x89MCAP0\r\n"
 
@@ -97,14 +119,13 @@ class Mcap:
         self.data, self.sides, self.channels, self.next, self.stretches = data, {}, set(), {}, [b""]
         at = len(self.MAGIC)
         while at is not None:
-            size = self.size(at)
-            if size == "end":
+            if at >= len(data):
                 break
-            follower = None if size is None else self.size(at + size)
-            if size is None:
+            size = self.size(at)
+            if size is None or size == "end":
                 at = self.found(at + 1, len(data))
                 continue
-            if follower is None and self.found(at + 1, at + size) is not None:
+            if self.size(at + size) is None and self.found(at + 1, at + size) is not None:
                 at = self.found(at + 1, at + size)
                 continue
             if data[at] == 0x0F:

@@ -106,3 +106,27 @@ def test_counts_are_those_of_an_independent_reading(files, kind, damage, tmp_pat
         assert found == expected, "number %d" % number
         lost += expected < count(whole)
     assert lost > ROUNDS // 4, "the damage does something"
+
+
+def test_damage_costs_what_it_touches(files, tmp_path):
+    """Judged by the places of the records in the whole file alone, not by a rule of what is read on behind damage."""
+    whole, _ = files["mcap"]
+    begin = len(damaged.Mcap.MAGIC)
+    all_places = list(damaged.places(whole, begin, len(whole)))
+    messages = [(first, end) for opcode, first, end in all_places if opcode == 0x05]
+    assert len(messages) == SCANS, "one scan a message"
+    # Who loses a channel loses its messages. A chunk of another kind may be a record of that kind with fields that no reader knows. The format says both.
+    fatal = [range(first, end if opcode == 0x04 else first + 1) for opcode, first, end in all_places if opcode in (0x04, 0x06)]
+    numbers = random.Random("what it touches")
+    path = tmp_path / "damaged"
+    for number in range(ROUNDS):
+        length = numbers.randrange(begin, len(whole))
+        path.write_bytes(whole[:length])
+        assert counted(path) == sum(end <= length for _, end in messages), "cut at %d" % length
+        bit = numbers.randrange(8 * begin, 8 * len(whole))
+        if any(bit // 8 in place for place in fatal):
+            continue
+        at = bit // 8
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 1 << bit % 8]) + whole[at + 1:])
+        touched = sum(first <= at < end for first, end in messages)
+        assert SCANS - touched <= counted(path) <= SCANS, "bit %d" % bit

@@ -153,7 +153,7 @@ fn head(
         supports: orchard.supports().len(),
         trees,
         places: places.collect(),
-        period_m: Some(orchard.length_m()).filter(|length_m| length_m.is_finite()),
+        period_m: Some(orchard.period_m()).filter(|period_m| period_m.is_finite()),
         row_spacing_m: orchard.row_spacing_m(),
         tree_spacing_m: orchard.tree_spacing_m(),
         rows: orchard.rows(),

@@ -1,11 +1,12 @@
 //! What is expected of a sprayer, judged.
 
 use rowscan_protocol::time::SimTime;
-use rowscan_sprayer::edges::{EdgePair, EdgeSummary};
+use rowscan_sprayer::edges::{EdgePair, EdgeSummary, MATCH_M};
 use rowscan_sprayer::rate::Settling;
 use rowscan_sprayer::safety::{Rule, is_already_safe, time_to_safe_s};
-use rowscan_sprayer::{Edge, Rate, Spans};
+use rowscan_sprayer::{Rate, Spans};
 
+use super::edge_words::{due_s, words};
 use super::run::SprayerRun;
 use crate::judged::{Judged, Window};
 use crate::runner::RunRecord;
@@ -63,7 +64,7 @@ fn bounded(expect: &Expect, found: Option<f64>, best: Option<f64>, why: &str) ->
 fn latency(expect: &Expect, sprayer: &SprayerRun) -> Result {
     let most_m = expect.p95_below.unwrap_or_default();
     let edge = expect.edge;
-    let none = "`latency_error_m`: unknown: no edge was wanted that could be met";
+    let none = "`latency_error_m`: unknown: no edge was wanted that could be met before the run's end";
     let p95_m = sprayer.edges.p95_with_missed_m(edge).ok_or(none)?;
     let of = sprayer.edges.summary(|pair| edge.is_none_or(|edge| edge == pair.edge));
     let told = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:+.3} m"));
@@ -75,47 +76,34 @@ fn latency(expect: &Expect, sprayer: &SprayerRun) -> Result {
         of.missed,
         of.wanted,
         of.spurious,
-        unmeetable(&of),
+        undecided(&of),
     );
     let is_off = |pair: &EdgePair| {
         pair.wanted_s.is_some()
-            && !pair.unmeetable
+            && pair.undecided.is_none()
             && edge.is_none_or(|edge| edge == pair.edge)
             && pair.late_m.is_none_or(|late_m| late_m.abs() >= most_m)
     };
     Ok(beside_first(Judged::holds(p95_m < most_m, message), sprayer, is_off))
 }
 
-/// How many edges nobody could have met, in words; nothing where there are none.
-fn unmeetable(of: &EdgeSummary) -> String {
-    match of.unmeetable {
-        0 => String::new(),
-        count => format!(", {count} of them unmeetable: wanted before any command could open the section"),
-    }
+/// How many edges say nothing of the controller, in words; nothing where there are none.
+fn undecided(of: &EdgeSummary) -> String {
+    let cut_off = format!("cut off: the run's end, or its beginning, is within {MATCH_M} m");
+    let counts = [
+        (of.unmeetable, "unmeetable: wanted before any command could open the section"),
+        (of.cut_off, cut_off.as_str()),
+    ];
+    let told = counts.iter().filter(|(count, _)| *count > 0).map(|(count, why)| format!(", {count} {why}"));
+    told.collect()
 }
 
 /// What failed is told with the first of these edges: its section, its time, and where the tractor was.
 fn beside_first(judged: Judged, sprayer: &SprayerRun, which: impl Fn(&EdgePair) -> bool) -> Judged {
-    let due = |pair: &EdgePair| pair.wanted_s.or(pair.delivered_s);
     let all = sprayer.edges.all().iter().filter(|pair| which(pair));
-    let first = all.filter_map(|pair| Some((due(pair)?, pair))).min_by(|a, b| a.0.total_cmp(&b.0));
+    let first = all.filter_map(|pair| Some((due_s(pair)?, pair))).min_by(|a, b| a.0.total_cmp(&b.0));
     let Some((at_s, pair)) = first.filter(|_| judged.verdict == Verdict::Failed) else { return judged };
-    let (verb, past) = match pair.edge {
-        Edge::Open => ("open", "opened"),
-        Edge::Close => ("close", "closed"),
-    };
-    let what = match (pair.wanted_s, pair.late_m) {
-        (None, _) => format!("{past} for nothing"),
-        (Some(_), None) => format!("did not {verb}"),
-        (Some(_), Some(late_m)) if late_m < 0.0 => format!("{past} {:.3} m too soon, due", -late_m),
-        (Some(_), Some(late_m)) => format!("{past} {late_m:.3} m too late, due"),
-    };
-    let message = format!(
-        "{}; the first: section \"{}\" {what} at {at_s:.3} s, the tractor at {:.2} m",
-        judged.message,
-        sprayer.pass.boom().sections.get(pair.section).map_or("", |section| section.id.as_str()),
-        sprayer.pass.drive().y_m(at_s),
-    );
+    let message = format!("{}; the first: {}", judged.message, words(sprayer, pair, at_s));
     let at = SimTime((at_s * 1e9).round() as u64);
     Judged { message, ..judged }.told_at(at)
 }
@@ -133,10 +121,10 @@ fn edges(expect: &Expect, sprayer: &SprayerRun) -> Result {
         "{what}: expected {}, found {found} beside {} wanted ones{}",
         expect.bounds.words(),
         of.wanted,
-        unmeetable(&of)
+        undecided(&of)
     );
     let counts = |pair: &EdgePair| {
-        let is_one = (is_missed && pair.is_missed()) || (is_spurious && pair.wanted_s.is_none());
+        let is_one = (is_missed && pair.is_missed()) || (is_spurious && pair.is_spurious());
         is_one && edge.is_none_or(|edge| edge == pair.edge)
     };
     Ok(beside_first(Judged::holds(expect.bounds.hold(found as f64), message), sprayer, counts))
@@ -154,7 +142,7 @@ fn valves(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
     }
     let (from_s, due_s) = (from.as_secs_f64(), due.as_secs_f64());
     // The first instant at which all are so.
-    let open: Vec<&Spans> = sprayer.flows.iter().map(|flow| &flow.open).collect();
+    let open: Vec<&Spans> = sprayer.flows.iter().map(|flow| &flow.valve).collect();
     let is_so = |at: f64| match wanted {
         ValveState::Closed => open.iter().all(|open| !open.has(at)),
         ValveState::Open => open.iter().all(|open| open.has(at)),
@@ -198,7 +186,7 @@ fn time_to_safe(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Resul
         None => Judged::holds(
             false,
             format!(
-                "time to safe after {after}: expected {bounds}, found a valve that still flowed {:.3} s later, at its end",
+                "time to safe after {after}: expected {bounds}, found a valve that was still open {:.3} s later, at its end",
                 end_s - from_s
             ),
         ),

@@ -123,7 +123,7 @@ impl SprayerRun {
             fill(file, &scene_folder)?;
         }
         scene.validate().map_err(|error| content(error.to_string()))?;
-        let orchard = Orchard::grow(&scene.orchard, scene.seed, &|_, _| {})?;
+        let orchard = Orchard::grow(&scene.orchard, scene.seed, &|_, _| {})?.beside(&scene.drive);
         let commands = commands.into_iter();
         let log = commands
             .map(|said| Command { at: SimTime(said.t_ns), target: said.target, duty: said.duty })

@@ -2,6 +2,7 @@
 
 mod beside;
 mod client;
+mod edge_words;
 mod hearing;
 mod judge;
 mod kept;

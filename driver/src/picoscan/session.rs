@@ -1,7 +1,7 @@
 //! The conversation with a scanner: REST until it streams, then datagrams.
 
 use std::collections::VecDeque;
-use std::net::SocketAddrV4;
+use std::net::{SocketAddr, SocketAddrV4};
 use std::time::Duration;
 
 use rowscan_protocol::challenge::{REALM, response};
@@ -12,7 +12,7 @@ use rowscan_protocol::scan::Scan;
 use serde_json::{Value, json};
 
 use super::http::{self, Answer};
-use super::piece::{ANSWER, DATAGRAM};
+use super::piece::{self, ANSWER, DATAGRAM};
 use super::step::{self, Step};
 use crate::config::DriverConfig;
 use crate::picoscan_address::PicoscanAddress;
@@ -93,9 +93,9 @@ impl PicoSession {
         }
     }
 
-    fn datagram(&mut self, now: Duration, bytes: &[u8]) {
+    fn datagram(&mut self, now: Duration, from: SocketAddr, bytes: &[u8]) {
         if self.is_set() {
-            self.listener.handle_datagram(now, bytes);
+            self.listener.handle_datagram_from(now, from, bytes);
             self.begin();
         }
     }
@@ -176,6 +176,14 @@ impl PicoSession {
                 }
             }
             "FirmwareVersion" => text("/data/FirmwareVersion").clone_into(&mut self.info.firmware),
+            name if step.data.is_none() => {
+                let filter = step::FILTERS.iter().find(|(filter, _)| *filter == name);
+                let off = body.get("data").and_then(|data| step::off(step.name, data));
+                if let Some(((_, what), off)) = filter.zip(off) {
+                    self.events.push_back(HostEvent::Limited { what });
+                    self.steps.push_front(off);
+                }
+            }
             _ => {}
         }
         self.go_on();
@@ -205,6 +213,10 @@ impl PicoSession {
     }
 
     fn refuse(&mut self, command: &'static str, refusal: Refusal, fatal: bool) {
+        if !fatal && self.steps.front().is_some_and(|step| step.may_lack) {
+            self.steps.pop_front();
+            return self.go_on();
+        }
         self.events.push_back(HostEvent::Refused { command, error: Some(refusal), fatal });
         if fatal && !self.is_stopping {
             self.state = State::Done;
@@ -251,7 +263,11 @@ impl PicoSession {
 impl HostSession for PicoSession {
     fn handle_bytes(&mut self, now: Duration, bytes: &[u8]) {
         match bytes.split_first() {
-            Some((&DATAGRAM, datagram)) => self.datagram(now, datagram),
+            Some((&DATAGRAM, rest)) => {
+                if let Some((from, bytes)) = piece::datagram(rest) {
+                    self.datagram(now, from, bytes);
+                }
+            }
             Some((&ANSWER, answer)) => self.answer(now, answer),
             _ => {}
         }

@@ -16,15 +16,45 @@ pub(super) struct Step {
     pub(super) data: Option<Value>,
     /// No scan can come without it.
     pub(super) is_needed: bool,
+    /// Not every model has it: one that does not is no news.
+    pub(super) may_lack: bool,
+}
+
+/// Filters of a scanner that take beams, echoes or turns away; a beam that is filtered out looks like a miss. What is told where one was on.
+pub(super) const FILTERS: [(&str, &str); 4] = [
+    (
+        "LFPangleRangeFilter",
+        "its filter of angles (LFPangleRangeFilter) was on, and beams outside look like misses: it is off now",
+    ),
+    (
+        "LFPradialDistanceRangeFilter",
+        "its filter of ranges (LFPradialDistanceRangeFilter) was on, and echoes outside look like misses: it is off now",
+    ),
+    ("LFPintervalFilter", "its filter of turns (LFPintervalFilter) was on: it is off now"),
+    ("LFPlayerFilter", "its filter of layers (LFPlayerFilter) was on: it is off now"),
+];
+
+/// What a filter is written to be off, if it was on: the same with `bEnable` off. Real devices wrap structs by their name; the schema shows them bare.
+pub(super) fn off(name: &'static str, data: &Value) -> Option<Step> {
+    let mut value = data.get(name).unwrap_or(data).clone();
+    let enable = value.get_mut("bEnable")?;
+    let was_on = enable.as_bool().or_else(|| enable.as_u64().map(|on| on != 0))?;
+    *enable = if enable.is_boolean() { json!(false) } else { json!(0) };
+    was_on.then(|| Step::write(name, value, false))
 }
 
 impl Step {
     fn read(name: &'static str, is_needed: bool) -> Self {
-        Self { name, data: None, is_needed }
+        Self { name, data: None, is_needed, may_lack: false }
+    }
+
+    /// Reads what not every model has.
+    fn look(name: &'static str) -> Self {
+        Self { may_lack: true, ..Self::read(name, false) }
     }
 
     fn write(name: &'static str, value: Value, is_needed: bool) -> Self {
-        Self { name, data: Some(json!({ name: value })), is_needed }
+        Self { name, data: Some(json!({ name: value })), is_needed, may_lack: false }
     }
 }
 
@@ -44,17 +74,21 @@ pub(super) fn start_up(to: SocketAddrV4, place: &PicoscanAddress, config: &ColaC
         EchoChoice::First => json!(0),
         EchoChoice::Last => json!(2),
     });
-    let all = [
-        Some(Step::read("DeviceIdent", true)),
-        Some(Step::read("FirmwareVersion", false)),
+    let about = [
+        Step::read("DeviceIdent", true),
+        Step::read("FirmwareVersion", false),
         // Whose telegrams are taken, where others come to the same port.
-        Some(Step::read("SerialNumber", false)),
+        Step::read("SerialNumber", false),
+    ];
+    // What another client has left, or stored.
+    let filters = FILTERS.map(|(name, _)| Step::look(name));
+    let settings = [
         Some(Step::write("ScanDataEthSettings", destination.clone(), true)),
         Some(Step::write("ScanDataFormat", json!(2), true)),
         profile.ok().flatten().map(|number| Step::write("PerformanceProfileNumber", json!(number), false)),
         echo.map(|code| Step::write("FREchoFilter", code, false)),
         // A measurement that runs already begins anew with it: before the stream does.
-        Some(Step { name: "mStartMeasure", data: Some(json!({})), is_needed: false }),
+        Some(Step { name: "mStartMeasure", data: Some(json!({})), is_needed: false, may_lack: false }),
     ];
     // To the port that scans come to: one stream holds all of it in its order. A model without them refuses, and scans come nevertheless.
     let readings = [
@@ -69,7 +103,8 @@ pub(super) fn start_up(to: SocketAddrV4, place: &PicoscanAddress, config: &ColaC
         [Step::write(settings, destination.clone(), false), Step::write(enable, json!(true), false)]
     });
     let last = Step::write("ScanDataEnable", json!(true), true);
-    (all.into_iter().flatten().chain(readings).chain([last]).collect(), profile.is_ok())
+    let steps = about.into_iter().chain(filters).chain(settings.into_iter().flatten());
+    (steps.chain(readings).chain([last]).collect(), profile.is_ok())
 }
 
 /// The end of the stream.

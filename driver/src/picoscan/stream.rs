@@ -13,7 +13,7 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadBuf};
 use tokio::net::{TcpStream, UdpSocket};
 
 use super::http::{self, MAX_ANSWER};
-use super::piece::{ANSWER, DATAGRAM};
+use super::piece::{self, ANSWER, HEAD};
 use crate::endpoint::dial;
 use crate::picoscan_address::PicoscanAddress;
 
@@ -99,7 +99,8 @@ impl PicoStream {
         let before = buffer.filled().len();
         for _ in 0..MAX_FOREIGN {
             buffer.set_filled(before);
-            buffer.put_slice(&[DATAGRAM]);
+            // Filled in once it is known.
+            buffer.put_slice(&[0; HEAD]);
             let from = match self.udp.poll_recv_from(cx, buffer) {
                 Poll::Ready(from) => from,
                 Poll::Pending => {
@@ -109,7 +110,11 @@ impl PicoStream {
             };
             match from {
                 Ok(from) if self.is_from_scanner(from.ip()) => {
-                    self.tap.record(Side::Device, buffer.filled().get(before + 1..).unwrap_or_default());
+                    let head = buffer.filled_mut().get_mut(before..).and_then(<[u8]>::first_chunk_mut);
+                    if let Some(head) = head {
+                        *head = piece::datagram_head(from);
+                    }
+                    self.tap.record(Side::Device, buffer.filled().get(before + HEAD..).unwrap_or_default());
                     return Poll::Ready(Ok(()));
                 }
                 Ok(_) => {}

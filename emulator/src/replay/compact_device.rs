@@ -11,7 +11,8 @@ pub fn compact_model_of(
     part: &Part,
     asked: Option<&'static Model>,
 ) -> Result<&'static Model, ReplayError> {
-    let told = || SEGMENTED.iter().find(|model| Some(model.name) == survey.about.model.as_deref()).copied();
+    let told =
+        || SEGMENTED.iter().find(|model| Some(model.name) == survey.about.model_of(&part.name)).copied();
     let by_turns = || SEGMENTED.iter().find(|model| part.compact.mode(model).is_some()).copied();
     let model = asked.or_else(told).or_else(by_turns);
     model.filter(|model| part.compact.mode(model).is_some()).ok_or_else(|| ReplayError::UnknownModel {

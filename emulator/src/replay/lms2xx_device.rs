@@ -15,7 +15,7 @@ pub fn lms2xx_model_of(
     asked: Option<&'static Model>,
 ) -> Result<&'static Model, ReplayError> {
     let by_name = |name: &str| MODELS.iter().copied().find(|model| model.name == name);
-    if let Some(model) = asked.or_else(|| survey.about.model.as_deref().and_then(by_name)) {
+    if let Some(model) = asked.or_else(|| survey.about.model_of(&part.name).and_then(by_name)) {
         return Ok(model);
     }
     if let Some(text) = part.lms2xx.type_text() {

@@ -91,7 +91,7 @@ pub fn model_of(
     part: &Part,
     asked: Option<&'static Model>,
 ) -> Result<&'static Model, ReplayError> {
-    if let Some(model) = asked.or_else(|| survey.about.model.as_deref().and_then(model::by_name)) {
+    if let Some(model) = asked.or_else(|| survey.about.model_of(&part.name).and_then(model::by_name)) {
         return Ok(model);
     }
     match &part.ident {

@@ -1,6 +1,7 @@
 //! The session of a stream of Compact telegrams: it listens, and gives scans.
 
 use alloc::collections::VecDeque;
+use core::net::SocketAddr;
 use core::time::Duration;
 
 use super::assembler::{Assembler, SegmentCounts};
@@ -22,12 +23,19 @@ const MAX_FAULTS: usize = 64;
 /// Readings kept until they are told; the oldest make room. Of a caller that takes events after each datagram there is one at most.
 const MAX_READINGS: usize = 1024;
 
+/// Readings that wait until it is known whose they are; the oldest make room. The first segment comes within a turn.
+const MAX_HELD: usize = 64;
+
 /// Listens to Compact telegrams: datagrams, or a stream of bytes.
 #[derive(Clone, Debug, Default)]
 pub struct CompactListener {
     decoder: StreamDecoder,
     assembler: Assembler,
     senders: Senders,
+    /// Where the datagram that is being taken came from.
+    from: Option<SocketAddr>,
+    /// Readings of nobody yet, with the number and the place of who sent them.
+    held: VecDeque<(u32, Option<SocketAddr>, Reading)>,
     /// Another scanner that was heard for the first time, and the one that is listened to instead.
     heard: VecDeque<[Option<u32>; 2]>,
     faults: VecDeque<ScanFault>,
@@ -45,6 +53,13 @@ impl CompactListener {
     pub fn handle_datagram(&mut self, now: Duration, bytes: &[u8]) {
         self.handle_bytes(now, bytes);
         self.handle_gap();
+    }
+
+    /// The same of one that is known where it came from: readings that hold no serial number are told apart by it.
+    pub fn handle_datagram_from(&mut self, now: Duration, from: SocketAddr, bytes: &[u8]) {
+        self.from = Some(from);
+        self.handle_datagram(now, bytes);
+        self.from = None;
     }
 
     /// Of several scanners that send here, listens to the one with this serial number; else to the first one that is heard. If nothing of it comes and a
@@ -68,9 +83,10 @@ impl CompactListener {
                 self.counts.frames += 1;
                 match telegram {
                     Telegram::Scan(scan) => self.take_segment(scan),
-                    Telegram::Imu(imu) => self.take_reading(Reading::Imu((&imu).into())),
-                    Telegram::Encoder(encoder) if self.senders.is_other(encoder.sender_id) => {}
-                    Telegram::Encoder(encoder) => self.take_reading(Reading::Wheel((&encoder).into())),
+                    Telegram::Imu(imu) => self.sort(0, self.from, Reading::Imu((&imu).into())),
+                    Telegram::Encoder(encoder) => {
+                        self.sort(encoder.sender_id, self.from, Reading::Wheel((&encoder).into()));
+                    }
                 }
             }
         }
@@ -78,15 +94,38 @@ impl CompactListener {
 
     fn take_segment(&mut self, scan: ScanTelegram) {
         let sender = scan.modules.0.first().map(|module| module.sender_id);
-        if let Some(Sender::Other { first }) = sender.map(|sender| self.senders.take(sender)) {
-            if first {
-                self.heard.push_back([sender, self.senders.followed()]);
-            }
+        if let Some(Sender::Other { first }) = sender.map(|sender| self.senders.take(sender, self.from)) {
+            self.note_other(first, sender);
             return;
+        }
+        for (sender, from, reading) in core::mem::take(&mut self.held) {
+            self.sort(sender, from, reading);
         }
         if let Err(fault) = self.assembler.push(scan, self.now) {
             self.faults.truncate(MAX_FAULTS - 1);
             self.faults.push_back(fault);
+        }
+    }
+
+    /// Takes a reading of the scanner that is listened to, and leaves out one of another.
+    fn sort(&mut self, sender: u32, from: Option<SocketAddr>, reading: Reading) {
+        match self.senders.take_reading(sender, from) {
+            Some(Sender::Own) => self.take_reading(reading),
+            Some(Sender::Other { first }) => {
+                self.note_other(first, Some(sender).filter(|sender| *sender != 0))
+            }
+            None => {
+                if self.held.len() >= MAX_HELD {
+                    self.held.pop_front();
+                }
+                self.held.push_back((sender, from, reading));
+            }
+        }
+    }
+
+    fn note_other(&mut self, first: bool, found: Option<u32>) {
+        if first {
+            self.heard.push_back([found, self.senders.followed()]);
         }
     }
 

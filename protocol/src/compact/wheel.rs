@@ -17,9 +17,12 @@ pub(super) struct Wheel {
 }
 
 impl Wheel {
-    /// The next one.
+    /// The next one. One that came twice, or behind a later one, tells nothing new; a clock that has gone farther back is another one.
     pub(super) fn take(&mut self, reading: WheelReading) {
-        // A clock that goes back is another one.
+        let behind_us = self.last.and_then(|last| last.time_us.checked_sub(reading.time_us));
+        if behind_us.is_some_and(|behind_us| behind_us <= u64::from(NEAR_US.unsigned_abs())) {
+            return;
+        }
         self.before = self.last.filter(|last| last.time_us < reading.time_us);
         self.last = Some(reading);
     }
@@ -80,6 +83,18 @@ mod tests {
         // Backwards.
         let back = wheel(&[(1_000_000, 20), (1_020_000, 10)]);
         assert_eq!(ticks(&back, 1_040_000), Some(0));
+        // Twice, or late: as if it had come once, in its place.
+        for came in [
+            &[(1_000_000, 500), (1_020_000, 530), (1_020_000, 530)][..],
+            &[(1_000_000, 500), (1_020_000, 530), (1_010_000, 515)],
+        ] {
+            let wheel = self::wheel(came);
+            assert_eq!(
+                (ticks(&wheel, 1_020_000), ticks(&wheel, 1_060_000)),
+                (Some(530), Some(590)),
+                "{came:?}"
+            );
+        }
         // After a restart one reading tells of its own instant only.
         let anew = wheel(&[(9_000_000, 700), (9_020_000, 720), (15_000, 0)]);
         assert_eq!((ticks(&anew, 15_000), ticks(&anew, 90_000)), (Some(0), None));

@@ -18,6 +18,7 @@ mod effect;
 mod encoder;
 mod event;
 mod filter;
+mod hidden;
 mod known;
 mod layers;
 mod lifecycle;

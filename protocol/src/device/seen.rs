@@ -31,6 +31,11 @@ impl Seen {
         }
     }
 
+    /// True where no filter hides a beam or a line.
+    pub(super) fn is_all(&self) -> bool {
+        self.angles_deg.is_none() && self.layers.is_all()
+    }
+
     pub(super) fn sees(&self, beam: usize, theta_deg: f64, phi_deg: f64) -> bool {
         let is_within = |range: Option<[f64; 2]>, deg: f64| {
             range
@@ -59,6 +64,10 @@ impl LayersSent {
             }
             _ => Self(u32::MAX),
         }
+    }
+
+    fn is_all(&self) -> bool {
+        self.0 == u32::MAX
     }
 
     pub(super) fn sends(&self, layer: usize) -> bool {

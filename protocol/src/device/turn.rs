@@ -53,6 +53,17 @@ impl Line<'_> {
         let beyond = if theta_deg(first) >= HALF_TURN_DEG - 1e-9 { 2.0 * HALF_TURN_DEG } else { 0.0 };
         theta_deg(beam) - beyond
     }
+
+    /// Whether the filters leave a beam of this segment.
+    fn segment_is_seen(&self, seen: &Seen, segment: usize) -> bool {
+        let mut beams = self.segments.get(segment).cloned().unwrap_or_default();
+        beams.any(|beam| seen.sees(beam, self.theta_deg(segment, beam), self.phi_deg))
+    }
+
+    /// Whether they leave one of any.
+    pub(super) fn is_seen_by(&self, seen: &Seen) -> bool {
+        (0..self.segments.len()).any(|segment| self.segment_is_seen(seen, segment))
+    }
 }
 
 impl<'a> Turn<'a> {
@@ -88,11 +99,7 @@ impl<'a> Turn<'a> {
 
     fn segment(&self, number: usize) -> Option<Datagram> {
         let Self { device, lines, .. } = self;
-        let sees = |line: &Line<'_>| {
-            let mut beams = line.segments.get(number).cloned().unwrap_or_default();
-            beams.any(|beam| self.seen.sees(beam, line.theta_deg(number, beam), line.phi_deg))
-        };
-        if !lines.iter().any(sees) {
+        if !lines.iter().any(|line| line.segment_is_seen(&self.seen, number)) {
             return None;
         }
         // Lines of a telegram begin and end together: those with the widest steps end first.

@@ -118,6 +118,11 @@ impl AnyModel {
         }
     }
 
+    /// Whether its scans tell what a wheel encoder counts; an LMS2xx has no input for one.
+    pub fn tells_ticks(self) -> bool {
+        matches!(self, Self::Cola(model) if model.tells_ticks())
+    }
+
     /// What light does in it.
     pub fn optics(self) -> &'static Optics {
         match self {

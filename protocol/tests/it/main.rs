@@ -20,6 +20,7 @@ mod conditions;
 mod device;
 mod examples;
 mod frames;
+mod hidden;
 mod last_tells;
 mod listening;
 mod lms1000;

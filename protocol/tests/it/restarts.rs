@@ -125,6 +125,24 @@ fn turns_lines(model: &'static Model) -> u64 {
     Device::new(model, Identity::default()).mirrors().len() as u64
 }
 
+/// As with a virtual scanner that runs as fast as it can: the limit that docs/record.md tells.
+#[test]
+fn a_host_whose_clock_stands_tells_a_restart_by_what_goes_back_alone() {
+    // Farther back than what comes late.
+    const TURNS: usize = 100;
+    for model in model::all() {
+        let turns = Turns::of(model, 160);
+        let heard = |next: usize| {
+            let sent = turns.sent(0..TURNS, Duration::ZERO).into_iter().chain(turns.sent(next..160, OFF));
+            let sent: Vec<_> = sent.map(|(_, bytes)| (Duration::ZERO, bytes)).collect();
+            let (counting, _) = heard(model, &sent);
+            (counting.restarts, counting.lost > 0)
+        };
+        assert_eq!(heard(0), (1, false), "{}: back to the first turn", model.name);
+        assert_eq!(heard(TURNS + 19), (0, true), "{}: ahead", model.name);
+    }
+}
+
 #[test]
 fn telegrams_that_have_waited_are_no_restart() {
     for model in model::all() {

@@ -190,9 +190,10 @@ impl Channel {
         let joint = match self.next {
             Some(next) if next == sequence => Joint::Seamless,
             None if sequence == 0 => Joint::Anew,
+            // One that goes back is not what follows: another program has merged or sorted the file.
+            Some(next) if sequence.wrapping_sub(next).cast_signed() < 0 => Joint::Anew,
             next => {
-                let packets = u64::from(sequence.wrapping_sub(next.unwrap_or_default()));
-                Joint::Gap { bytes: 0, packets }
+                Joint::Gap { bytes: 0, packets: u64::from(sequence.wrapping_sub(next.unwrap_or_default())) }
             }
         };
         self.next = Some(sequence.wrapping_add(1));

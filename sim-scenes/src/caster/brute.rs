@@ -153,7 +153,7 @@ impl<'a> Oracle<'a> {
         let mut found: Vec<Return> = ground(o, d, self.orchard.ground().plane_m).into_iter().collect();
         let near = self.organs.chunks(GROUP).zip(&self.groups).filter(|(_, group)| !group.beside(o, d));
         for organ in near.flat_map(|(organs, _)| organs) {
-            found.extend(organ.met(o, d, self.orchard.length_m()).map(|(range_m, cos)| Return {
+            found.extend(organ.met(o, d, self.orchard.period_m()).map(|(range_m, cos)| Return {
                 range_m,
                 class: organ.class,
                 tree: organ.tree,

@@ -100,7 +100,7 @@ impl Caster {
     /// Sorts the orchard's organs along the row; the orchard itself is no longer needed. Memory grows with the distinct trees in
     /// distinct directions, not with their copies.
     pub fn new(orchard: &Orchard) -> Self {
-        let period_m = orchard.length_m();
+        let period_m = orchard.period_m();
         let trees = PlacedBlocks::new(orchard);
         let built = orchard.supports().iter().flat_map(|support| {
             let (shape, around_m) = (&support.shape, support.shape.radius_m());

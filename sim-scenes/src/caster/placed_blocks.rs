@@ -122,7 +122,7 @@ impl PlacedBlocks {
             let bounds = row.iter().fold(Bounds::NOTHING, |all, (.., bounds)| all.and(*bounds));
             standing.bounds.push(bounds);
             let trees = row.iter().map(|(number, tree, _)| (*number, *tree));
-            standing.blocks.push(Block::new(trees, &[], &[], orchard.length_m()));
+            standing.blocks.push(Block::new(trees, &[], &[], orchard.period_m()));
         }
         standing.rows = standing.blocks.len();
         // A distinct tree in one direction is one block, whatever the number of its places.
@@ -146,7 +146,7 @@ impl PlacedBlocks {
             };
             copies.push(Copy { block, tree, base_m: placement.base_m() });
         }
-        standing.plant(&copies, orchard.length_m());
+        standing.plant(&copies, orchard.period_m());
         standing
     }
 

@@ -65,6 +65,7 @@ impl Orchard {
             ground: ground::build(&parameters.ground_parameters(), &layout, seed),
             trees_per_row: layout.trees as usize,
             length_m: f64::from(layout.trees) * layout.tree_spacing_m,
+            repeats: true,
             seed: Some(seed),
             tree_spacing_m: Some(layout.tree_spacing_m),
             row_spacing_m: Some(layout.row_spacing_m),

@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use rowscan_vehicle::trajectory::Drive;
+
 use crate::generator::foliage_shares::FoliageShares;
 use crate::generator::remark::Remark;
 use crate::ground::Ground;
@@ -13,7 +15,7 @@ use crate::target::Adjustment;
 /// A grown (or handmade) orchard. Trees are numbered row by row: tree `i` of row `r` is number `r · trees per row + i`.
 ///
 /// Row `r` stands at X = r · row spacing; tree `i` of a row stands at y = (i + ½) · spacing and owns the ground y ∈
-/// [i, i + 1) · spacing. Every row repeats forever with period [`Orchard::length_m`].
+/// [i, i + 1) · spacing. Every row repeats forever with period [`Orchard::length_m`], but where a drive has headlands: [`Orchard::beside`].
 ///
 /// A large orchard is made of few distinct trees (`distinct_trees` of the layout): each place then names one of them and how it
 /// is turned, and memory grows with the distinct trees only.
@@ -26,6 +28,8 @@ pub struct Orchard {
     pub(super) ground: Ground,
     pub(super) trees_per_row: usize,
     pub(super) length_m: f64,
+    /// False where rows end with their last trees.
+    pub(super) repeats: bool,
     pub(super) seed: Option<u64>,
     pub(super) tree_spacing_m: Option<f64>,
     pub(super) row_spacing_m: Option<f64>,
@@ -67,6 +71,7 @@ impl Orchard {
             supports: Vec::new(),
             ground: Ground::default(),
             length_m: if length_m > 0.0 { length_m } else { f64::INFINITY },
+            repeats: true,
             seed: None,
             tree_spacing_m,
             row_spacing_m,
@@ -74,6 +79,12 @@ impl Orchard {
             foliage: None,
             remarks: Vec::new(),
         }
+    }
+
+    /// The same orchard as this drive finds it: rows repeat beside one alley without end, and end where a drive turns on headlands.
+    #[must_use]
+    pub fn beside(self, drive: &Drive) -> Self {
+        Self { repeats: !drive.has_headlands(), ..self }
     }
 
     /// The same orchard with posts and wires.
@@ -175,9 +186,14 @@ impl Orchard {
         self.places.len().checked_div(self.trees_per_row).unwrap_or(0)
     }
 
-    /// The period of the rows along Y, metres; infinite for a scene that does not repeat.
+    /// Length of the rows along Y, metres; infinite for one that was made by hand without a length.
     pub fn length_m(&self) -> f64 {
         self.length_m
+    }
+
+    /// After how many metres along Y all that stands repeats; infinite where it does not.
+    pub fn period_m(&self) -> f64 {
+        if self.repeats { self.length_m } else { f64::INFINITY }
     }
 
     /// Seed it was grown from; None for a handmade orchard.

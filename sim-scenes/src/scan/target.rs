@@ -63,7 +63,7 @@ impl Target {
             near_axis_x_m: axis(rows.start),
             far_axis_x_m: axis(rows.end.saturating_sub(1)),
             extent: extent.low.iter().zip(&extent.high).all(|(low, high)| low <= high).then_some(extent),
-            period_m: orchard.length_m(),
+            period_m: orchard.period_m(),
         }
     }
 }

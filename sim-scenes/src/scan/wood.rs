@@ -130,7 +130,7 @@ struct Branch {
 impl MeshCaster {
     fn new(orchard: &Orchard, mesh: Mesh) -> Self {
         let bare = |tree: Cow<'_, Tree>| Tree { leaves: tree.leaves.clone(), ..Tree::default() };
-        let period_m = orchard.length_m();
+        let period_m = orchard.period_m();
         let leafy = Orchard::from_trees(orchard.trees().map(bare).collect(), period_m, None, None);
         let mut branches = Vec::new();
         for (tree, organs) in (0..).zip(orchard.trees()) {

@@ -17,6 +17,7 @@ mod cones;
 mod exchange;
 mod ground;
 mod growth;
+mod headlands;
 mod optics;
 mod scans;
 mod scene_files;

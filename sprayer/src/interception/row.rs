@@ -95,7 +95,7 @@ impl Row {
         for (_, support) in row.into_iter().flat_map(|row| orchard.supports_of_row(row)) {
             organs.push(Organ::cylinder(&support.shape));
         }
-        Self::made((orchard.length_m(), axis_m), leaves, organs)
+        Self::made((orchard.period_m(), axis_m), leaves, organs)
     }
 
     fn made((length_m, axis_m): (f64, f64), leaves: Vec<LeafFacts>, organs: Vec<Organ>) -> Self {

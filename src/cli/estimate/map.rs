@@ -115,17 +115,27 @@ impl Maps {
         let Source::Recording { path, .. } = source else {
             return Ok(RowOnEarth::told(Vec::new(), Lever::default()));
         };
-        let mut reader = FixReader::default();
+        let offset_m = rig.scanners.get(scanner).map_or(0.0, |mount| mount.offset_y_m);
+        let (mut reader, mut pace) = (FixReader::default(), Pace::default());
         let mut stations = Vec::new();
         read_beside(path, StreamKind::Nmea, |at, packet| {
             reader.push(&packet.bytes);
             while let Some(gga) = reader.next_gga() {
+                pace.told(at, gga.utc_s);
                 let (latitude_deg, longitude_deg) = (gga.fix.latitude_deg, gga.fix.longitude_deg);
                 let station = |y_m| Station { y_m, latitude_deg, longitude_deg, quality: gga.quality };
-                stations.extend(way.y_m(at).map(station));
+                // The way is the tractor's; a metre lies where the mirror looked at it.
+                stations.extend(way.y_m(at).map(|y_m| station(y_m + offset_m)));
             }
         })
         .map_err(|cause| Failure::Usage(format!("cannot read positions from {}: {cause}", path.display())))?;
+        if let Some(times) = pace.too_fast() {
+            return Err(Failure::Usage(format!(
+                "{} was made at {times:.0} times the pace of its receiver's clock: when a position came says nothing of where the scanner was; record at {MOST_PACE:.0} \
+                 times at most (`--time-scale`), or say where the row lies with --map-from LAT,LON,AZIMUTH",
+                path.display()
+            )));
+        }
         if stations.is_empty() {
             return Err(Failure::Usage(format!(
                 "{} holds no position beside its scans (NMEA sentence GGA with a fix): record the receiver too, or say where the row lies with --map-from LAT,LON,AZIMUTH",
@@ -149,8 +159,16 @@ impl Maps {
         }
     }
 
-    /// Writes every map.
-    pub(super) fn write(&self, map: &LeafMap) -> Result<(), Failure> {
+    /// Writes every map; none, and false, where no metre has a place or none was estimated.
+    pub(super) fn write(&self, map: &LeafMap) -> Result<bool, Failure> {
+        if map.metres.is_empty() {
+            let why = match map.without_place {
+                0 => "no metre of row was estimated; the warnings say why".to_owned(),
+                metres => format!("the receiver told no position within 3 m of any of {metres} metres"),
+            };
+            say(format_args!("no map is written: {why}"));
+            return Ok(false);
+        }
         for (path, format) in &self.files {
             let failed = |cause| Failure::Write { what: name_of(path), cause: std::io::Error::other(cause) };
             let bytes = format.write(map).map_err(failed)?;
@@ -163,7 +181,35 @@ impl Maps {
                 map.without_place
             ));
         }
-        Ok(())
+        Ok(true)
+    }
+}
+
+/// A faster recording has its positions anywhere, times the receiver's own pace.
+const MOST_PACE: f64 = 10.0;
+/// Over less nothing is told of a pace, seconds.
+const SHORTEST_S: f64 = 1.0;
+
+/// How fast positions came, by the receiver's clock.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pace {
+    first: Option<(Duration, f64)>,
+    last: Option<(Duration, f64)>,
+}
+
+impl Pace {
+    fn told(&mut self, at: Duration, utc_s: Option<f64>) {
+        let Some(utc_s) = utc_s else { return };
+        self.first.get_or_insert((at, utc_s));
+        self.last = Some((at, utc_s));
+    }
+
+    /// How many times faster, if that is too fast. Midnight is none.
+    fn too_fast(&self) -> Option<f64> {
+        let ((from, from_s), (to, to_s)) = (self.first?, self.last?);
+        let (told_s, took_s) = (to_s - from_s, to.saturating_sub(from).as_secs_f64());
+        let times = told_s / took_s.max(1e-6);
+        (told_s >= SHORTEST_S && times > MOST_PACE).then_some(times)
     }
 }
 
@@ -206,6 +252,22 @@ mod tests {
         }
         assert_eq!(way.steps.len(), 2);
         assert_eq!([999, 1000, 1500, 2000].map(|at| way.y_m(ms(at))), [None, Some(2.0), Some(3.0), None]);
+    }
+
+    #[test]
+    fn a_recording_that_is_much_faster_than_its_receivers_clock_is_known() {
+        let pace = |took_ms: u64, told_s: f64| {
+            let mut pace = Pace::default();
+            pace.told(Duration::from_millis(500), Some(86_000.0));
+            pace.told(Duration::from_millis(600), None);
+            pace.told(Duration::from_millis(500 + took_ms), Some(86_000.0 + told_s));
+            pace.too_fast().map(f64::round)
+        };
+        assert_eq!(
+            [pace(100, 12.0), pace(12_000, 12.0), pace(2_000, 12.0), pace(1, 0.5)],
+            [Some(120.0), None, None, None]
+        );
+        assert_eq!(pace(12_000, 12.0 - 86_400.0), None, "over midnight");
     }
 
     #[test]

@@ -412,6 +412,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         Some(rig) => Some(args.mapped(&maps, &all, &scanners, rig)),
         None => None,
     };
+    let mut is_mapped = true;
     let told: Vec<ScannerReport> =
         all.iter_mut().filter_map(|followed| args.told(followed, &scanners, truth)).collect();
     // Without a rig nobody asked for areas.
@@ -432,7 +433,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         }
         print::print(args.format, &told)?;
         if let Some(map) = map {
-            maps.write(&map?)?;
+            is_mapped = maps.write(&map?)?;
         }
     } else if let Some(cause) = failed {
         // A source that never gave a scan has nothing to show, nor has its recording.
@@ -444,7 +445,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         }
     }
     // Recorded all the same, whatever the estimate knows.
-    let outcome = match (taping.finish(), withheld) {
+    let outcome = match (taping.finish(), withheld || !is_mapped) {
         (Outcome::Done, true) => Outcome::Finding,
         (outcome, _) => outcome,
     };

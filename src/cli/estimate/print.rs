@@ -112,6 +112,12 @@ fn facts(estimate: &Estimate) -> String {
             estimate.telegrams_bad
         ),
     );
+    if estimate.scans_late > 0 {
+        line(
+            "scans late",
+            format!("{}, behind scans that followed them: they are no line of the row", estimate.scans_late),
+        );
+    }
     if estimate.segments_lost > 0 {
         line("segments lost", estimate.segments_lost.to_string());
     }

@@ -93,7 +93,8 @@ fn tree_errors(
     found: fn(&TreeEstimate) -> Option<f64>,
 ) -> impl Iterator<Item = Option<f64>> + '_ {
     trials.iter().flat_map(move |trial| {
-        trial.estimate.trees.iter().zip(&trial.truth.trees).map(move |(tree, real)| {
+        trial.estimate.trees.iter().filter(|tree| tree.complete).map(move |tree| {
+            let real = trial.truth.tree(tree.tree)?;
             let truth = real.cell_leaf_area_m2.filter(|area| *area > 0.0)?;
             found(tree).map(|found| (found - truth) / truth)
         })

@@ -59,7 +59,7 @@ impl Watching {
         };
         let show = Show::new(about, Some(OrchardPicture::of(&stage.orchard)), Box::new(gauges));
         if let Some((truth, z_from_m, period_m)) = truth(stage, &tractor) {
-            show.truth(truth, (z_from_m, CELLS.band_m), Some(period_m));
+            show.truth(truth, (z_from_m, CELLS.band_m), period_m);
         }
         if let Some(map) = map {
             show.draws(move || map.svg());
@@ -96,8 +96,8 @@ fn reading(stage: &Stage, scanner: &SeenScanner) -> Option<Reading> {
     Reading::of(Some(&rig), scanner.number, false, CalibrationChoice::OfRig).ok()
 }
 
-/// What stands in the row that the tractor begins beside, at what height that begins, and after how many metres the row repeats.
-fn truth(stage: &Stage, tractor: &Tractor) -> Option<(Vec<TruthColumn>, f64, f64)> {
+/// What stands in the row that the tractor begins beside, at what height that begins, and after how many metres the row repeats, if it does.
+fn truth(stage: &Stage, tractor: &Tractor) -> Option<(Vec<TruthColumn>, f64, Option<f64>)> {
     let place = tractor.motion(SimTime::ZERO).place;
     let row = place.alley.and_then(|alley| usize::try_from(alley.row_beside(true).0).ok()).unwrap_or(0);
     let (length_m, cells) = (stage.orchard.length_m(), stage.orchard.cells_of_row(row, CELLS)?);
@@ -111,5 +111,6 @@ fn truth(stage: &Stage, tractor: &Tractor) -> Option<(Vec<TruthColumn>, f64, f64
     };
     let count = (length_m / CELLS.cell_m).ceil().min(LONGEST) as u32;
     let z_from_m = cells.column(0.0).bands.first().map_or(0.0, |band| band.z_from_m);
-    length_m.is_finite().then(|| ((0..count).map(column).collect(), z_from_m, length_m))
+    let period_m = Some(stage.orchard.period_m()).filter(|period_m| period_m.is_finite());
+    length_m.is_finite().then(|| ((0..count).map(column).collect(), z_from_m, period_m))
 }

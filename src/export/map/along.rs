@@ -176,9 +176,9 @@ fn moved([longitude_deg, latitude_deg]: [f64; 2], [east, north]: [f64; 2]) -> [f
     [turned(longitude_deg + east / east_m), latitude_deg + north / north_m]
 }
 
-/// A longitude between −180 and 180 degrees.
+/// A longitude above −180 degrees, up to 180.
 fn turned(longitude_deg: f64) -> f64 {
-    (longitude_deg + 180.0).rem_euclid(360.0) - 180.0
+    180.0 - (180.0 - longitude_deg).rem_euclid(360.0)
 }
 
 #[cfg(test)]

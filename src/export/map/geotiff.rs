@@ -6,7 +6,7 @@ use tiff::encoder::TiffEncoder;
 use tiff::encoder::colortype::Gray32Float;
 use tiff::tags::Tag;
 
-use super::{LAI, LeafMap};
+use super::{LAI, LeafMap, SCANNED};
 use crate::export::ExportError;
 
 /// Side of a pixel, metres.
@@ -33,6 +33,7 @@ pub(super) struct Empty;
 struct Flat {
     corners: [[f64; 2]; 4],
     lai: Option<f64>,
+    scanned_m: f64,
 }
 
 pub(super) fn write(map: &LeafMap) -> Result<Vec<u8>, ExportError> {
@@ -48,6 +49,7 @@ pub(super) fn write(map: &LeafMap) -> Result<Vec<u8>, ExportError> {
                 [easting, northing]
             }),
             lai: metre.values.get(LAI).copied().flatten(),
+            scanned_m: metre.values.get(SCANNED).copied().flatten().unwrap_or(0.0),
         })
         .collect();
     let all = || flat.iter().flat_map(|metre| metre.corners);
@@ -74,9 +76,9 @@ pub(super) fn write(map: &LeafMap) -> Result<Vec<u8>, ExportError> {
     Ok(file.into_inner())
 }
 
-/// The mean index of the metres that cover each pixel's centre; NaN where none does, or none is known.
+/// The mean index of the metres that cover each pixel's centre, each by how much of it was scanned; NaN where none does, or none is known.
 fn drawn(metres: &[Flat], (left, top): (f64, f64), (wide, tall): (usize, usize)) -> Vec<f32> {
-    let mut sums = vec![(0.0_f64, 0_u32); wide * tall];
+    let mut sums = vec![(0.0_f64, 0.0_f64); wide * tall];
     for metre in metres {
         let Some(lai) = metre.lai else { continue };
         let ends = |axis: usize| {
@@ -94,12 +96,12 @@ fn drawn(metres: &[Flat], (left, top): (f64, f64), (wide, tall): (usize, usize))
                 if let Some(sum) =
                     sums.get_mut(row * wide + column).filter(|_| covers(&metre.corners, centre))
                 {
-                    *sum = (sum.0 + lai, sum.1 + 1);
+                    *sum = (sum.0 + lai * metre.scanned_m, sum.1 + metre.scanned_m);
                 }
             }
         }
     }
-    let mean = |(sum, count): (f64, u32)| if count > 0 { (sum / f64::from(count)) as f32 } else { f32::NAN };
+    let mean = |(sum, weight): (f64, f64)| if weight > 0.0 { (sum / weight) as f32 } else { f32::NAN };
     sums.into_iter().map(mean).collect()
 }
 

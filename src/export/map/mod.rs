@@ -69,6 +69,9 @@ pub const ATTRIBUTES: [&str; 10] = [
 /// The place of the leaf area index among [`ATTRIBUTES`].
 #[cfg(feature = "maps")]
 const LAI: usize = 7;
+/// That of the metres that were scanned.
+#[cfg(feature = "maps")]
+const SCANNED: usize = 1;
 
 impl LeafMap {
     /// Adds an estimate's metres: those of source number `source`, of a row that lies so. A rectangle is as wide as the rows are apart.
@@ -124,6 +127,13 @@ pub enum MapFormat {
     GeoTiff,
 }
 
+/// A map across the date line, where longitudes jump.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the map meets the meridian of 180 degrees, where a rectangle would go round the Earth: such rows cannot be mapped"
+)]
+pub struct DateLine;
+
 /// A file name that is no map's.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{name}` is no map's name: expected one that ends in .gpkg, .tif, .geojson or .parquet")]
@@ -166,6 +176,9 @@ impl MapFormat {
     /// This build does not have it, or the map does not go into it.
     pub fn write(self, map: &LeafMap) -> Result<Vec<u8>, ExportError> {
         self.check()?;
+        if map.bounds().is_some_and(|[west, _, east, _]| east - west > 180.0) {
+            return Err(DateLine.into());
+        }
         match self {
             Self::GeoJson => geojson::write(map),
             #[cfg(feature = "maps")]

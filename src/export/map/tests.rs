@@ -37,6 +37,28 @@ fn names_say_how_a_map_is_written() {
 }
 
 #[test]
+fn a_row_across_the_date_line_is_refused_in_every_format() {
+    let row =
+        |longitude_deg| RowOnEarth::Stated(Stated { latitude_deg: -17.0, longitude_deg, azimuth_deg: 90.0 });
+    let mapped = |row: &RowOnEarth| {
+        let (from, to) = (row.at(0.0).expect("known"), row.at(1.0).expect("known"));
+        let corners = [from.right(2.0), to.right(2.0), to.right(-2.0), from.right(-2.0)];
+        LeafMap {
+            metres: vec![MapMetre { corners, source: 0, values: [Some(1.0); ATTRIBUTES.len()] }],
+            without_place: 0,
+        }
+    };
+    let (across, beside) = (mapped(&row(179.999_995)), mapped(&row(179.999)));
+    for format in [MapFormat::GeoJson, MapFormat::GeoPackage, MapFormat::GeoParquet, MapFormat::GeoTiff] {
+        if format.check().is_ok() {
+            let refused = format.write(&across).expect_err("refused").to_string();
+            assert!(refused.contains("180 degrees"), "{refused}");
+            assert!(format.write(&beside).is_ok());
+        }
+    }
+}
+
+#[test]
 fn an_estimate_of_nothing_is_a_map_of_nothing() {
     let mut map = LeafMap::default();
     map.add(0, &Estimate::default(), &row(), Some(4.0));

@@ -35,7 +35,7 @@ pub struct Drive {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 1)]
     pub alley: Option<i32>,
-    /// Alleys driven one after the other; it turns where the rows end. Absent: one alley without end.
+    /// Alleys driven one after the other; it turns where the rows end, and nothing stands behind their ends. Absent or 1: one alley without end, whose rows repeat.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(example = 3)]
     pub alleys: Option<u32>,
@@ -175,6 +175,11 @@ impl Drive {
         check("alley", alley, "from -100 to 100", alley.abs() <= 100.0)?;
         let alleys = f64::from(self.alleys.unwrap_or(1));
         check("alleys", alleys, "1 to 1000", (1.0..=1000.0).contains(&alleys))
+    }
+
+    /// True if it goes from alley to alley: rows have ends, and headlands lie behind them.
+    pub fn has_headlands(&self) -> bool {
+        self.alleys.is_some_and(|alleys| alleys > 1)
     }
 
     /// The drive of `rig` past rows of this length, metres.

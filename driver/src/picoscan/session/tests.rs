@@ -2,8 +2,11 @@
 
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::compact::{Imu, Telegram};
-use rowscan_protocol::model::ScanMode;
+use rowscan_protocol::device::{Device, Identity, MeasuredLine};
+use rowscan_protocol::model::{ScanMode, by_name};
+use rowscan_protocol::reading::Reading;
 use rowscan_protocol::rig::EchoChoice;
+use rowscan_protocol::time::SimTime;
 
 use super::*;
 use crate::DriverError;
@@ -18,6 +21,8 @@ struct Bench {
     nonces: u32,
     /// Writes and methods that were taken, in their order.
     taken: Vec<(String, Value)>,
+    /// The filters that the model has.
+    filters: Vec<(&'static str, Value)>,
 }
 
 fn place(password: &str) -> PicoscanAddress {
@@ -35,8 +40,44 @@ fn refusal(http: u16, status: u64) -> Vec<u8> {
     answer(http, &json!({ "header": { "status": status, "message": "" } }))
 }
 
+/// Where the scanner's datagrams come from.
+const HERE: &str = "127.0.0.1:50001";
+
+/// What stands before a datagram from there.
+fn head_from(place: &str) -> Vec<u8> {
+    piece::datagram_head(place.parse().expect("an address")).to_vec()
+}
+
+fn head() -> Vec<u8> {
+    head_from(HERE)
+}
+
+/// The datagrams of a turn of the scanner with this number, from this place.
+fn turn(serial_number: u32, place: &str, number: u64) -> Vec<Vec<u8>> {
+    let identity = Identity { serial_number, ..Identity::default() };
+    let mut device = Device::new(by_name("picoscan150").expect("a model"), identity);
+    device.direct("127.0.0.1:2115".parse().expect("an address"));
+    device.enable_streaming();
+    let line = MeasuredLine { grid: device.mirror().beams, echoes: &[] };
+    let mut waiting = Vec::new();
+    for _ in 0..=number {
+        waiting.clear();
+        device.measure(SimTime::ZERO, &line).expect("it measures");
+        device.segments(SimTime::ZERO, &[line], &mut waiting);
+    }
+    let sent = |datagram| [head_from(place), device.send(datagram).expect("it streams").1].concat();
+    waiting.into_iter().map(sent).collect()
+}
+
+/// A reading that says its number in its time.
+fn imu(place: &str, time_us: u64) -> Vec<u8> {
+    let mut piece = head_from(place);
+    Telegram::Imu(Imu { time_us, ..Imu::default() }).encode(&mut piece).expect("it is encoded");
+    piece
+}
+
 fn datagram() -> Vec<u8> {
-    let mut piece = vec![DATAGRAM];
+    let mut piece = head();
     Telegram::Imu(Imu::default()).encode(&mut piece).expect("it is encoded");
     piece
 }
@@ -45,7 +86,7 @@ impl Bench {
     fn new(password: &str, config: &DriverConfig) -> Self {
         let to = Some("127.0.0.1:2115".parse().expect("an address"));
         let session = PicoSession::new(&place(password), to, config);
-        Self { session, now: Duration::ZERO, nonces: 0, taken: Vec::new() }
+        Self { session, now: Duration::ZERO, nonces: 0, taken: Vec::new(), filters: Vec::new() }
     }
 
     fn request(&mut self) -> Option<(String, Value)> {
@@ -75,6 +116,13 @@ impl Bench {
             }
             "GET /api/SerialNumber" => {
                 answer(200, &json!({ "header": ok, "data": { "SerialNumber": SERIAL.to_string() } }))
+            }
+            get if get.starts_with("GET /api/LFP") => {
+                let found = self.filters.iter().find(|(name, _)| get.ends_with(name));
+                found.map_or_else(
+                    || refusal(400, 1),
+                    |(_, data)| answer(200, &json!({ "header": ok, "data": data })),
+                )
             }
             "POST /api/getChallenge" => {
                 assert_eq!(body["data"]["user"], "Service");
@@ -167,6 +215,39 @@ fn the_start_up_is_that_of_sicks_sdk_and_ends_with_a_datagram() {
     }
 }
 
+/// Beams that a filter takes away look like misses: what another client has left is put off, and told.
+#[test]
+fn filters_that_were_on_are_put_off_and_told_whatever_the_model_has() {
+    let angles =
+        |on: Value| json!({ "bEnable": on, "fThetaStart": -0.3, "fThetaStop": 0.3, "uiBeamIncrement": 3 });
+    for (on, off) in [(json!(true), json!(false)), (json!(1), json!(0))] {
+        let mut bench = as_delivered();
+        // Wrapped by its name, as devices do, and bare, as the schema shows it.
+        bench.filters = vec![
+            ("LFPangleRangeFilter", json!({ "LFPangleRangeFilter": angles(on.clone()) })),
+            ("LFPradialDistanceRangeFilter", json!({ "bEnable": on, "ulDistMin": 0, "ulDistMax": 2000 })),
+            ("LFPintervalFilter", json!({ "bEnable": off, "uiReductionFactor": 2 })),
+        ];
+        bench.answer_all(Some(&[1, 2]));
+        let written: Vec<_> =
+            bench.taken.iter().filter(|(name, _)| name.starts_with("LFP")).cloned().collect();
+        let radial = json!({ "bEnable": off, "ulDistMin": 0, "ulDistMax": 2000 });
+        let expected = [
+            ("LFPangleRangeFilter".to_owned(), json!({ "LFPangleRangeFilter": angles(off.clone()) })),
+            ("LFPradialDistanceRangeFilter".to_owned(), json!({ "LFPradialDistanceRangeFilter": radial })),
+        ];
+        assert_eq!(written, expected);
+        let told: Vec<_> = bench.events().into_iter().collect();
+        let [HostEvent::Limited { what: first }, HostEvent::Limited { what: second }] = &told[..] else {
+            panic!("{told:?}")
+        };
+        assert!(first.contains("LFPangleRangeFilter") && second.contains("LFPradialDistanceRangeFilter"));
+    }
+    let mut bench = as_delivered();
+    bench.answer_all(Some(&[1, 2]));
+    assert_eq!(bench.events(), [], "a model without them is no news");
+}
+
 #[test]
 fn readings_are_asked_for_at_the_port_of_scans_and_told() {
     let asked = |imu, encoder| {
@@ -175,6 +256,7 @@ fn readings_are_asked_for_at_the_port_of_scans_and_told() {
         let to = Some("127.0.0.1:2115".parse().expect("an address"));
         bench.session = PicoSession::new(&place, to, &DriverConfig::default());
         bench.answer_all(Some(&[1, 2]));
+        turn(SERIAL, HERE, 0).iter().take(1).for_each(|piece| bench.hear(piece));
         bench.hear(&datagram());
         let events: Vec<_> = std::iter::from_fn(|| bench.session.poll_event()).collect();
         assert!(matches!(events[..], [HostEvent::Ready(_), HostEvent::Reading(_)]), "{events:?}");
@@ -191,6 +273,42 @@ fn readings_are_asked_for_at_the_port_of_scans_and_told() {
     assert_eq!(asked(true, false), [&imu[..], &["ScanDataEnable"]].concat());
     assert_eq!(asked(false, true), [&encoder[..], &["ScanDataEnable"]].concat());
     assert_eq!(asked(true, true), [&imu[..], &encoder[..], &["ScanDataEnable"]].concat());
+}
+
+/// Both scanners have their readings sent to this port: one machine's two emulators, two devices, and two behind one address.
+#[test]
+fn readings_of_two_scanners_at_one_port_are_told_apart_by_where_they_come_from() {
+    const OTHER: u32 = SERIAL + 1;
+    for (own, other) in
+        [(HERE, "127.0.0.1:50002"), ("10.0.0.1:2115", "10.0.0.2:2115"), ("[::1]:7", "[::1]:8")]
+    {
+        let mut bench = as_delivered();
+        bench.answer_all(Some(&[1, 2]));
+        // Before the first segment nobody knows whose they are.
+        bench.hear(&imu(other, 900));
+        bench.hear(&imu(own, 1));
+        for number in 0..3 {
+            turn(OTHER, other, number).iter().for_each(|piece| bench.hear(piece));
+            turn(SERIAL, own, number).iter().for_each(|piece| bench.hear(piece));
+            bench.hear(&imu(other, 901 + number));
+            bench.hear(&imu(own, 2 + number));
+        }
+        let mut times = Vec::new();
+        for event in std::iter::from_fn(|| bench.session.poll_event()) {
+            match event {
+                HostEvent::Reading(Reading::Imu(imu)) => times.push(imu.time_us),
+                HostEvent::OtherSender { found, followed } => {
+                    assert_eq!((found, followed), (Some(OTHER), Some(SERIAL)), "{own}");
+                }
+                _ => {}
+            }
+        }
+        assert_eq!(times, [1, 2, 3, 4], "{own}");
+        // All that was left out is counted: three turns and four readings.
+        let telegrams = 3 * turn(OTHER, other, 0).len() as u64 + 4;
+        let counted = [OtherSender { serial_number: Some(OTHER), telegrams }];
+        assert_eq!(bench.session.other_senders(), counted, "{own}");
+    }
 }
 
 #[test]
@@ -319,7 +437,7 @@ fn datagrams_that_never_come_are_waited_for_so_long() {
     bench.answer_all(Some(&[1]));
     bench.session.handle_timeout(bench.now);
     // What is no telegram is none.
-    bench.hear(&[DATAGRAM, 2, 2, 2, 2, 1]);
+    bench.hear(&[head(), vec![2, 2, 2, 2, 1]].concat());
     let due = bench.session.poll_timeout().expect("a datagram is awaited");
     assert_eq!(due, bench.now + config.first_datagram_timeout);
     bench.session.handle_timeout(due);
