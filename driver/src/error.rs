@@ -258,7 +258,7 @@ pub enum DriverError {
         /// Its telegrams by name and count.
         holds: String,
         /// Where it breaks off, if it does.
-        torn: Option<Torn>,
+        torn: Option<Box<Torn>>,
     },
     /// A file holds no telegram.
     #[cfg(feature = "recordings")]

@@ -150,7 +150,8 @@ impl Recording {
             let format = self.recording.format();
             let holds = rowscan_recording::Recording::open(&self.path).and_then(rowscan_recording::contents);
             let holds = holds.ok().flatten().unwrap_or_else(|| "no telegram".to_owned());
-            return Err(DriverError::NoScan { path: self.path.clone(), format, holds, torn: torn.cloned() });
+            let torn = torn.cloned().map(Box::new);
+            return Err(DriverError::NoScan { path: self.path.clone(), format, holds, torn });
         }
         Ok(None)
     }

@@ -193,8 +193,8 @@ impl Stage {
         &self.caster
     }
 
-    /// Scans a client receives while the tractor drives past as much as a row from its start on, at most an hour's. The row repeats, so that is the whole row,
-    /// wherever the drive starts.
+    /// Scans a client receives while the tractor drives past as much as a row from its start on, at most an hour's. Where the row repeats (no headlands), that is
+    /// the whole row, wherever the drive starts.
     pub fn scans_per_row(&self, device: &Device) -> u64 {
         self.scans_of_row(f64::from(device.mirror().frequency_centihz) / 100.0)
     }

@@ -8,6 +8,9 @@ use crate::span::{Span, Spans, total};
 pub use crate::switches::Switches;
 use crate::zones;
 
+/// What rounding leaves of a time that is none, seconds.
+const ROUNDING_S: f64 = 1e-9;
+
 /// Why spraying is forbidden.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -64,7 +67,7 @@ impl Rule {
 pub struct Breach {
     /// The rule.
     pub rule: Rule,
-    /// For how long it forbade spraying, seconds; of the nozzle that it forbade longest. A tractor that has not moved yet does not count as one that stands.
+    /// For how long it forbade spraying, less the time that valves are given, seconds; of the nozzle that it forbade longest. A tractor that has not moved yet does not count as one that stands.
     pub forbidden_s: f64,
     /// Litres in that time.
     pub litres: f64,
@@ -84,8 +87,10 @@ pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) 
         (Rule::Reverse, reversing),
         (Rule::Standstill, moving.gaps(pass.time())),
     ];
-    let later =
-        |times: &Spans| times.iter().map(|span| Span::new(span.from + grace_s, span.to)).collect::<Spans>();
+    let later = |times: &Spans| {
+        let rest = times.iter().map(|span| Span::new(span.from + grace_s, span.to));
+        rest.filter(|span| span.length() > ROUNDING_S).collect::<Spans>()
+    };
     let moved_s = moving.iter().next().map_or(f64::INFINITY, |span| span.from);
     let of_all = rules.into_iter().map(|(rule, times)| {
         let times = later(&times);

@@ -1,11 +1,14 @@
-//! Where a run begins and ends says nothing of who commanded: moving either turns no verdict of edges. Where rows end, nothing is wanted.
+//! Where a run begins and ends says nothing of who commanded: moving either turns no verdict of edges. Where rows end, nothing is wanted; where a rule ends
+//! before valves must be shut, nothing is forbidden.
 
 #![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use proptest::prelude::*;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Leaf, Orchard, Tree};
+use rowscan_sprayer::boom::Zone;
 use rowscan_sprayer::edges::{EdgeSummary, MATCH_M};
+use rowscan_sprayer::safety::{Rule, Switches, breaches};
 use rowscan_sprayer::{Boom, Command, CommandLog, Drive, Edge, Edges, Pass, Score, Target, oracle};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::trajectory::{self, Course, SpeedProfile, Trajectory};
@@ -142,5 +145,28 @@ proptest! {
                 prop_assert!((0.0..12.0).contains(&y_m), "wanted at {} m", y_m);
             }
         }
+    }
+}
+
+/// A rule that held for as long as valves are given, to rounding, has judged nothing: no second and no litre of it are left.
+#[test]
+fn a_rule_that_holds_no_longer_than_valves_are_given_forbids_nothing() {
+    let always: CommandLog =
+        [Command { at: SimTime::ZERO, target: Target::All, duty: 1.0 }].into_iter().collect();
+    for step in 1_u32..40 {
+        let (from_m, long_m, speed_m_s) = (0.1 + 0.037 * f64::from(step), 0.05 * f64::from(step), 1.2);
+        let zone = Zone { y_from_m: from_m, y_to_m: from_m + long_m };
+        let boom = Boom { no_spray: vec![zone], ..boom() };
+        let of_wall = pass(&row([[-9.0, 30.0]]), steady(speed_m_s), 20.0);
+        let pass = Pass::new(boom, &row([[-9.0, 30.0]]), of_wall.drive().clone(), 5);
+        let forbidden = |grace_s: f64| {
+            let all = breaches(&pass, &pass.flows(&always), &Switches::default(), grace_s);
+            let of_zone = all.into_iter().find(|breach| breach.rule == Rule::NoSpray).expect("a rule");
+            (of_zone.forbidden_s, of_zone.litres)
+        };
+        let held_s = long_m / speed_m_s;
+        assert!((forbidden(0.0).0 - held_s).abs() < 1e-6, "{held_s} s");
+        assert_eq!(forbidden(forbidden(0.0).0), (0.0, 0.0), "{held_s} s");
+        assert!(forbidden(0.9 * held_s).1 > 0.0, "{held_s} s");
     }
 }

@@ -24,6 +24,9 @@ const PRESSURE: [&str; 2] = ["pressure and hoses", "waves of pressure"];
 /// The row of the longest settling time.
 const SETTLING_S: &str = "rate_settling_s";
 
+/// Differences of the run beside that are said, at most; JSON has all.
+const MOST_DIFFERENCES: usize = 8;
+
 /// Widths of the classes of speed, m/s.
 const SPEED_M_S: f64 = 0.5;
 
@@ -147,9 +150,7 @@ pub(super) fn tell(
     title: &Titled,
 ) -> Result<Outcome, Failure> {
     let differences = beside.map(|other| run.differences(other));
-    for difference in differences.iter().flatten() {
-        say(format_args!("not only the controllers differ: {difference}"));
-    }
+    differences.iter().for_each(|all| say_differences(all));
     run.unheeded().iter().for_each(say);
     overlaps(run.pass.boom()).iter().for_each(say);
     let report =
@@ -168,6 +169,17 @@ pub(super) fn tell(
     let Some(why) = unknown(run) else { return Ok(Outcome::Done) };
     say(format_args!("no result: {why}"));
     Ok(Outcome::Finding)
+}
+
+/// Says in what two runs differ besides their controllers.
+fn say_differences(all: &[String]) {
+    let (shown, more) = all.split_at(all.len().min(MOST_DIFFERENCES));
+    for difference in shown {
+        say(format_args!("not only the controllers differ: {difference}"));
+    }
+    if !more.is_empty() {
+        say(format_args!("not only the controllers differ: {} more, all in `--format json`", more.len()));
+    }
 }
 
 /// Why a score is unknown, in words; none where all are known.

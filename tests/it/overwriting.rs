@@ -66,6 +66,20 @@ const CASES: &[Case] = &[
         "f.mcap",
         &["emulate", "F", "--seconds", "1", "--time-scale", "max", "--tcp", "127.0.0.1:0", "--record", "F"],
     ),
+    (
+        "estimate",
+        "map",
+        Holds::Scans,
+        "f.geojson",
+        &["estimate", "F", "--rig", "post", "--map", "F", "--map-from", "41,0,0"],
+    ),
+    (
+        "watch",
+        "map",
+        Holds::Scans,
+        "f.geojson",
+        &["watch", "F", "--rig", "post", "--web", "127.0.0.1:0", "--map", "F", "--map-from", "41,0,0"],
+    ),
     ("estimate", "record", Holds::Scans, "f.mcap", &["estimate", "F", "--record", "F"]),
     ("watch", "record", Holds::Scans, "f.mcap", &["watch", "F", "--web", "127.0.0.1:0", "--record", "F"]),
     (

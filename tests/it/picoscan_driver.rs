@@ -176,15 +176,38 @@ fn what_goes_wrong_is_told_with_its_remedy() {
     assert_says(&ended.stderr, &["sends datagrams", "expected tcp://HOST:PORT"]);
 }
 
-/// A scanner whose filter hides every beam has accepted all settings and sends nothing.
+/// What another client has left on takes beams away that look like misses: the driver puts it off, and says so.
+#[test]
+fn filters_that_another_client_left_cost_nothing_and_are_told() {
+    let (_folder, path) = folder();
+    let scene = path("row.toml");
+    let args = ["--model", "picoscan150", "--scans", "20"];
+    let pico = Pico::start(&scene, &[]);
+    let whole = parsed(&estimate(&pico.source(), &scene, &args));
+    for (name, value) in [
+        (
+            "LFPangleRangeFilter",
+            json!({ "bEnable": true, "fThetaStart": -200_000, "fThetaStop": 150_000, "fPhiStart": -900_000, "fPhiStop": 900_000, "uiBeamIncrement": 3 }),
+        ),
+        ("LFPradialDistanceRangeFilter", json!({ "bEnable": true, "ulDistMin": 0, "ulDistMax": 1000 })),
+        ("LFPintervalFilter", json!({ "bEnable": true, "uiReductionFactor": 5 })),
+    ] {
+        let pico = Pico::start(&scene, &[]);
+        assert_eq!(post(&pico.rest, name, &value), (200, json!(0)), "{name}");
+        let ended =
+            run(&[&["estimate", &pico.source(), "--rig", &scene, "--format", "json"], &args[..]].concat());
+        assert_says(&ended.stderr, &[name, "it is off now"]);
+        let found = parsed(&ended.stdout);
+        assert_eq!(found["ranges"]["misses"], whole["ranges"]["misses"], "{name}");
+        assert_eq!(found["leaf_area_m2"], whole["leaf_area_m2"], "{name}");
+    }
+}
+
+/// A scanner whose datagrams are all lost on their way has accepted all settings.
 #[tokio::test]
 async fn datagrams_that_never_come_are_told() {
-    let (_folder, path) = folder();
-    let pico = Pico::start(&path("row.toml"), &[]);
-    let above = json!({
-        "bEnable": true, "fThetaStart": -900_000, "fThetaStop": 900_000, "fPhiStart": 100_000, "fPhiStop": 200_000, "uiBeamIncrement": 1,
-    });
-    assert_eq!(post(&pico.rest, "LFPangleRangeFilter", &above), (200, json!(0)));
+    let (base, path) = folder();
+    let pico = faulty(&path("row.toml"), base.path(), "name = \"udp_loss\"\np = 1.0");
     let source: Source = pico.source().parse().expect("a source");
     let patience = Duration::from_millis(700);
     let config = DriverConfig { first_datagram_timeout: patience, ..DriverConfig::default() };

@@ -73,7 +73,30 @@ fn a_replay_gives_the_estimate_of_its_file_to_the_last_figure() {
         drop(telling);
     }
 
+    loses_what_is_damaged_alone(&path, &file);
     goes_where_it_may(&path, &file, &scene);
+}
+
+/// A datagram that is damaged is not sent, and the one behind it is.
+fn loses_what_is_damaged_alone(path: &impl Fn(&str) -> String, file: &str) {
+    let mut all: Vec<(u64, Vec<u8>)> =
+        datagrams(Path::new(file)).into_iter().filter(|(_, bytes)| bytes.len() > 100).take(120).collect();
+    let damaged = 50;
+    let byte = &mut all[damaged].1[90];
+    *byte = !*byte;
+    let capture = path("damaged.pcap");
+    let packets = all.iter().map(|(at_ns, bytes)| (*at_ns, packet(bytes)));
+    std::fs::write(&capture, pcap(packets)).expect("written");
+    let taker = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    taker.set_read_timeout(Some(PATIENCE)).expect("set");
+    let to = taker.local_addr().expect("bound").to_string();
+    let telling = Telling::start("replay", &[&capture, "--udp", &to, "--time-scale", "2"]);
+    let mut bytes = vec![0; 65_536];
+    for (number, (_, sent)) in all.iter().enumerate().filter(|(number, _)| *number != damaged) {
+        let read = taker.recv(&mut bytes).expect("a datagram");
+        assert!(bytes[..read] == sent[..], "datagram {number}");
+    }
+    drop(telling);
 }
 
 /// What is sent, when, where; and what is refused.

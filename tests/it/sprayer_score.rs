@@ -220,4 +220,14 @@ fn the_rows_own_trees_are_told_apart_from_its_repetitions() {
     // Two trees, numbered from 0; those before have numbers below, those behind from 2 on.
     assert!(own.iter().all(|name| name.ends_with(", tree 0") || name.ends_with(", tree 1")), "{own:?}");
     assert!(trees.len() > own.len() && !own.is_empty(), "{trees:?}");
+
+    // Where the drive has headlands the rows end: only their own trees are wanted, or sprayed at.
+    let row: Value = serde_json::from_slice(&std::fs::read(&row).expect("a run")).expect("JSON");
+    let ends = changed(folder.path(), "ends", &row, |run| run["scene"]["drive"] = json!({ "alleys": 2 }));
+    let ended = json_of(&score(&[text(&ends)]));
+    assert_eq!(ended["wanted_area_m2"], ended["row_area_m2"]);
+    let found_m2 = ended["row_area_m2"].as_f64().expect("a row");
+    assert!((found_m2 - own_m2).abs() < 0.05 * own_m2, "{found_m2} {own_m2}");
+    let trees = ended["interception"]["on_leaves"]["by_tree"].as_array().expect("trees");
+    assert!(!trees.is_empty() && trees.iter().all(|tree| tree["repeated"] != json!(true)), "{trees:?}");
 }

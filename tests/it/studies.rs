@@ -173,11 +173,12 @@ fn a_row_is_as_wrong_wherever_the_drive_starts() {
         let trial =
             Trial::drive_past(&stage, model::by_name("lms111").expect("a model"), None, &[]).expect("tried");
         let raw_m2 = trial.estimate.leaf.areas.contact_raw_m2().expect("known");
-        assert!((trial.estimate.scanned_m.expect("known") / trial.length_m - 1.0).abs() < 0.02, "{start_m}");
+        let scanned_m = trial.estimate.scanned_m.expect("known");
+        assert!((scanned_m - trial.length_m).abs() < 0.05, "{start_m}: {scanned_m} m of {}", trial.length_m);
         (raw_m2 / trial.truth.leaf_area_m2, trial.estimate.trees)
     };
     let (whole, _) = of(0.0);
-    for start_m in [-4.0, -1.0, 2.0] {
+    for start_m in [-2.0, -1.0, 2.0] {
         let (found, trees) = of(start_m);
         assert!((found / whole - 1.0).abs() < 0.05, "{start_m}: {found} beside {whole}");
         assert!(trees.iter().any(|tree| tree.complete), "{start_m}");

@@ -5,18 +5,14 @@ use serde_json::Value;
 
 use super::run::SprayerRun;
 
-/// Differences that are told, at most.
-const MOST: usize = 8;
 /// Drives that differ by less are one, seconds and metres: a process ends a run at no exact instant.
 const ONE_DRIVE: f64 = 0.05;
 
 impl SprayerRun {
-    /// What differs between the settings of two runs, each as `key: own, beside other`: scene with its seed, boom, drive, and what went wrong with the machine. Nothing where
-    /// only the controllers differ.
+    /// What differs between the settings of two runs, each as `key: own, beside other`, and those first that litres hang on most: drive, what went wrong with the machine, scene
+    /// with its seed, boom. Nothing where only the controllers differ.
     pub fn differences(&self, other: &Self) -> Vec<String> {
         let mut all = Differences::default();
-        all.of("scene", &self.scene, &other.scene);
-        all.of("boom", self.pass.boom(), other.pass.boom());
         let driven = |run: &Self| {
             let time = run.pass.time();
             let (way_m, s) = (run.pass.way_m(time.to), time.length());
@@ -25,7 +21,7 @@ impl SprayerRun {
         let (own, beside) = (driven(self), driven(other));
         if own.iter().zip(beside).any(|(own, beside)| (own - beside).abs() > ONE_DRIVE) {
             let told = |[s, way_m, mean]: [f64; 3]| format!("{way_m:.2} m in {s:.2} s ({mean:.2} m/s)");
-            all.add(format!("drive: {}, beside {}", told(own), told(beside)));
+            all.0.push(format!("drive: {}, beside {}", told(own), told(beside)));
         }
         let faults =
             |run: &Self| run.pass.troubles().0.iter().map(|trouble| trouble.fault).collect::<Vec<_>>();
@@ -34,23 +30,18 @@ impl SprayerRun {
                 0 => "none".to_owned(),
                 count => format!("{count}"),
             };
-            all.add(format!("faults of the machine: {}, beside {}", told(self), told(other)));
+            all.0.push(format!("faults of the machine: {}, beside {}", told(self), told(other)));
         }
-        all.told()
+        all.of("scene", &self.scene, &other.scene);
+        all.of("boom", self.pass.boom(), other.pass.boom());
+        all.0
     }
 }
 
 #[derive(Default)]
-struct Differences {
-    all: Vec<String>,
-    more: usize,
-}
+struct Differences(Vec<String>);
 
 impl Differences {
-    fn add(&mut self, difference: String) {
-        if self.all.len() < MOST { self.all.push(difference) } else { self.more += 1 }
-    }
-
     fn of(&mut self, name: &str, own: &impl Serialize, beside: &impl Serialize) {
         // What cannot be written cannot have been kept.
         let value = |of: serde_json::Result<Value>| of.unwrap_or(Value::Null);
@@ -73,15 +64,8 @@ impl Differences {
                     self.values(&format!("{path}[{place}]"), own, beside);
                 }
             }
-            (own, beside) => self.add(format!("{path}: {}, beside {}", told(own), told(beside))),
+            (own, beside) => self.0.push(format!("{path}: {}, beside {}", told(own), told(beside))),
         }
-    }
-
-    fn told(mut self) -> Vec<String> {
-        if self.more > 0 {
-            self.all.push(format!("{} more", self.more));
-        }
-        self.all
     }
 }
 
@@ -103,7 +87,7 @@ mod tests {
     fn found(own: &Value, beside: &Value) -> Vec<String> {
         let mut all = Differences::default();
         all.of("boom", own, beside);
-        all.told()
+        all.0
     }
 
     #[test]
@@ -123,7 +107,6 @@ mod tests {
         let fewer = json!({ "offset_y_m": 2.0, "section": [{ "id": "a" }] });
         assert_eq!(found(&own, &fewer), ["boom.section: 2 of them, beside 1 of them"]);
         let many = |shift: usize| Value::Array((0..20).map(|n| json!(n + shift)).collect());
-        let told = found(&many(0), &many(1));
-        assert_eq!((told.len(), told[MOST].as_str()), (MOST + 1, "12 more"));
+        assert_eq!(found(&many(0), &many(1)).len(), 20, "none is left out");
     }
 }

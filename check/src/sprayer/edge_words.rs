@@ -81,6 +81,9 @@ mod tests {
 
     use super::*;
 
+    /// Commands: seconds and duty.
+    type Told = &'static [(f64, f64)];
+
     /// Leaves from 3 to 5 m, one section beside the scanners, 1 m/s for 9 s; these commands.
     fn run(commands: &[(f64, f64)]) -> SprayerRun {
         let valve = "[valve]\non_ms = 100\noff_ms = 0\nrise_ms = 0\nfall_ms = 0";
@@ -104,16 +107,16 @@ mod tests {
 
     #[test]
     fn what_was_so_before_is_told_with_since_when() {
-        let on = (0.1, 1.0);
-        let cases: [(&[(f64, f64)], &[&str]); 5] = [
+        const ON: (f64, f64) = (0.1, 1.0);
+        let cases: [(Told, &[&str]); 5] = [
             (
-                &[on],
+                &[ON],
                 &[
                     "was open already, since 0.200 s, when it was to open at 3.000 s, the tractor at 3.00 m",
                     "did not close at 5.000 s, the tractor at 5.00 m",
                 ],
             ),
-            (&[on, (7.0, 0.0)], &["closed at 7.000 s, not wanted since 5.000 s already"]),
+            (&[ON, (7.0, 0.0)], &["closed at 7.000 s, not wanted since 5.000 s already"]),
             (
                 &[],
                 &[

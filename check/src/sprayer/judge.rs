@@ -204,9 +204,15 @@ fn forbidden(expect: &Expect, sprayer: &SprayerRun) -> Result {
         of.fold((0.0, 0.0), |(litres, s), breach| (litres + breach.litres, s + breach.forbidden_s));
     let name = rule.map_or("any rule", Rule::name);
     if forbidden_s <= 0.0 && litres <= 0.0 {
-        return Err(format!(
-            "`forbidden_litres` of `{name}`: unknown: it never forbade spraying in this run"
-        ));
+        let whole = sprayer.breaches(0.0).into_iter();
+        let own = whole.filter(|breach| rule.is_none_or(|rule| rule == breach.rule));
+        let why = match own.map(|breach| breach.forbidden_s).fold(0.0, f64::max) {
+            held_s if held_s > 0.0 => {
+                format!("it forbade spraying for {held_s:.3} s, and `within_s` is {grace_s} s; lower it")
+            }
+            _ => "it never forbade spraying in this run".to_owned(),
+        };
+        return Err(format!("`forbidden_litres` of `{name}`: unknown: {why}"));
     }
     let message = format!(
         "litres against {name}: expected {}, found {litres:.4} in {forbidden_s:.3} s",

@@ -21,7 +21,9 @@ pub(super) struct Step {
 }
 
 /// Filters of a scanner that take beams, echoes or turns away; a beam that is filtered out looks like a miss. What is told where one was on.
-pub(super) const FILTERS: [(&str, &str); 4] = [
+///
+/// Layers are no beams: which ones come is the user's choice (LFPlayerFilter), and an estimate names the layer that it is of.
+pub(super) const FILTERS: [(&str, &str); 3] = [
     (
         "LFPangleRangeFilter",
         "its filter of angles (LFPangleRangeFilter) was on, and beams outside look like misses: it is off now",
@@ -31,7 +33,6 @@ pub(super) const FILTERS: [(&str, &str); 4] = [
         "its filter of ranges (LFPradialDistanceRangeFilter) was on, and echoes outside look like misses: it is off now",
     ),
     ("LFPintervalFilter", "its filter of turns (LFPintervalFilter) was on: it is off now"),
-    ("LFPlayerFilter", "its filter of layers (LFPlayerFilter) was on: it is off now"),
 ];
 
 /// What a filter is written to be off, if it was on: the same with `bEnable` off. Real devices wrap structs by their name; the schema shows them bare.

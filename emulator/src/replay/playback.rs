@@ -173,14 +173,12 @@ impl Playback {
                 scan = telegram.args.decode::<LmdScandata>().ok();
             }
         }
-        Some(PlaybackEvent {
-            track,
-            at_ns,
-            event,
-            dialect: frame.dialect,
-            scan,
-            recorded: frame.bytes.into(),
-        })
+        let recorded = match kind {
+            // A datagram goes alone: what was damaged before it is none.
+            StreamKind::Compact => Bytes::copy_from_slice(frame.bytes.get(frame.frame_at..)?),
+            _ => frame.bytes.into(),
+        };
+        Some(PlaybackEvent { track, at_ns, event, dialect: frame.dialect, scan, recorded })
     }
 
     /// Stamps an event that is sent at `at`, if that is wanted.

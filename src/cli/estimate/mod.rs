@@ -408,10 +408,8 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     sensors.part(STOP_TIMEOUT).await;
     let failed = all.iter_mut().find_map(|followed| std::mem::replace(&mut followed.ended, Ok(())).err());
     let truth = orchard.as_ref().zip(rig.as_ref());
-    let map = match rig.as_ref().filter(|_| !maps.are_none()) {
-        Some(rig) => Some(args.mapped(&maps, &all, &scanners, rig)),
-        None => None,
-    };
+    let mapped = rig.as_ref().filter(|_| !maps.are_none());
+    let map = mapped.map(|rig| args.mapped(&maps, &all, &scanners, rig));
     let mut is_mapped = true;
     let told: Vec<ScannerReport> =
         all.iter_mut().filter_map(|followed| args.told(followed, &scanners, truth)).collect();

@@ -59,7 +59,7 @@ pub(super) fn write(map: &LeafMap) -> Result<Vec<u8>, ExportError> {
     let left = (low(0) / PIXEL_M).floor() * PIXEL_M;
     let top = (high(1) / PIXEL_M).ceil() * PIXEL_M;
     let (wide, tall) = (((high(0) - left) / PIXEL_M).ceil(), ((top - low(1)) / PIXEL_M).ceil());
-    if !(wide * tall <= MOST_PIXELS) {
+    if wide * tall > MOST_PIXELS {
         return Err(TooWide { wide_m: wide * PIXEL_M, high_m: tall * PIXEL_M }.into());
     }
     let (wide, tall) = (wide.max(1.0) as usize, tall.max(1.0) as usize);

@@ -97,6 +97,16 @@ fn an_edge_at_fault_is_told_with_its_section_its_time_and_its_place() {
         (
             "what = \"edges\", edge = \"close\", equals = 0",
             &[(0.0, 0.0)],
+            "was shut already, since the start, when it was to close at 7.000 s, the tractor at 7.00 m",
+        ),
+        (
+            "what = \"latency_error_m\", p95_below = 0.39",
+            &[(0.5, 1.0)],
+            "was open already, since 0.500 s, when it was to open at 2.000 s, the tractor at 2.00 m",
+        ),
+        (
+            "what = \"edges\", of = \"missed\", edge = \"close\", equals = 0",
+            &[(0.5, 1.0)],
             "did not close at 7.000 s, the tractor at 7.00 m",
         ),
         (
@@ -118,6 +128,33 @@ fn an_edge_at_fault_is_told_with_its_section_its_time_and_its_place() {
     // What passes names none.
     let (found, message) = told("what = \"edges\", equals = 0", &late);
     assert!(found == Passed && !message.contains("the first"), "{message}");
+}
+
+#[test]
+fn a_rule_that_held_no_longer_than_within_s_is_told_with_how_long_it_held() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Open all the time, past 2 m that must not be sprayed, at 1 m/s; the drive never stands.
+    let told = |of: &str, within_s: f64| {
+        let open = sprayed(&[(0.0, 1.0)]);
+        let zone = rowscan_sprayer::boom::Zone { y_from_m: 3.0, y_to_m: 5.0 };
+        let boom = Boom { no_spray: vec![zone], ..open.pass.boom().clone() };
+        let orchard = rowscan_scenes::Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY);
+        let pass = Pass::new(boom, &orchard, open.pass.drive().clone(), 1);
+        let sprayer = Some(Ok(SprayerRun::judged(pass, open.log, orchard.into())));
+        let run = RunRecord { sprayer, ended: SimTime(10 * SECOND), ..record(folder.path()) };
+        let expect =
+            format!("what = \"forbidden_litres\", of = \"{of}\", within_s = {within_s}, below = 0.001");
+        verdict(&expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path())
+    };
+    for (of, within_s, found, words) in [
+        ("no_spray", 1.0, Failed, "in 1.000 s"),
+        ("no_spray", 2.0, Error, "it forbade spraying for 2.000 s, and `within_s` is 2 s; lower it"),
+        ("no_spray", 3.0, Error, "it forbade spraying for 2.000 s, and `within_s` is 3 s; lower it"),
+        ("reverse", 3.0, Error, "it never forbade spraying in this run"),
+    ] {
+        let (verdict, message) = told(of, within_s);
+        assert!(verdict == found && message.contains(words), "{of}, {within_s} s: {verdict:?}, {message}");
+    }
 }
 
 #[test]
