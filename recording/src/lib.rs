@@ -54,6 +54,8 @@ mod queue;
 #[cfg(feature = "files")]
 mod read;
 #[cfg(feature = "files")]
+mod read_some;
+#[cfg(feature = "files")]
 mod recorder;
 #[cfg(feature = "files")]
 mod repair;

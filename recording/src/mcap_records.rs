@@ -13,7 +13,8 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 
 use crate::mcap_damage::Damage;
 use crate::mcap_record;
-use crate::read::{ReadError, Torn, read_some};
+use crate::read::{ReadError, Torn};
+use crate::read_some::read_some;
 
 /// Opcode and length.
 const HEAD: usize = 9;

@@ -253,6 +253,9 @@ impl Eye {
     fn has_canopy(&self, nozzle: usize, (off_m, on_m): (f64, f64)) -> bool {
         // A scan looks at the middle of its turn, and stands for the way of one.
         let half_m = self.step_m / 2.0;
+        // What lies ahead of the newest scan is decided by that one: late, and not never.
+        let newest_m = self.seen.back().map_or(f64::NEG_INFINITY, |(at_m, _)| at_m - half_m);
+        let (off_m, on_m) = (off_m.min(newest_m), on_m.min(newest_m));
         let seen = |from_m: f64, to_m: f64| {
             self.seen.iter().any(|(at_m, before)| {
                 let at_m = at_m - half_m;

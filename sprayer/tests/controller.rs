@@ -111,6 +111,21 @@ fn it_opens_and_closes_a_dead_time_and_a_latency_before_the_leaves() {
     }
 }
 
+/// A look-ahead that reaches past the scanner: it opens and closes as soon as it sees, and is not shut for ever.
+#[test]
+fn valves_too_slow_for_the_way_to_the_scanner_open_late_and_not_never() {
+    let speed_m_s = 2.0;
+    for (on_ms, off_ms) in [(300.0, 700.0), (700.0, 700.0), (700.0, 100.0)] {
+        let found = switched_at(boom(on_ms, off_ms), speed_m_s);
+        let ideal = [(3.0 - STRIP_M / 2.0, on_ms), (4.0 + STRIP_M / 2.0, off_ms)]
+            .map(|(at_m, ms)| at_m + BEHIND_M - speed_m_s * (LATE_S + ms / 1e3));
+        for ((found, ideal), leaves_m) in found.iter().zip(ideal).zip([3.0, 4.0]) {
+            let off_m = found - ideal.max(leaves_m);
+            assert!(off_m.abs() <= 2.0 * speed_m_s * TURN_S, "{on_ms} and {off_ms} ms: {off_m} m");
+        }
+    }
+}
+
 #[test]
 fn it_is_shut_where_it_must_not_spray_and_where_it_cannot_know() {
     let open = [0.0, 1.0, 1.0];

@@ -175,6 +175,34 @@ fn a_blocked_nozzle_and_a_weak_pump_are_off_the_rate() {
     assert!(sound.mean.expect("it sprays").abs() < 0.02, "{sound:?}");
 }
 
+/// An empty tank and a blocked nozzle shut no valve: who leaves them open is not safe, whatever flows.
+#[test]
+fn an_open_boom_without_liquid_is_not_safe() {
+    let from = (6.5 + 2.0) / SPEED_M_S;
+    let dry = |more: &str, fault: Option<SprayerFault>, shuts: bool| {
+        let pass = pass(&wall(), more, fault.map(|fault| (fault, from, None)));
+        let end_s = pass.time().to;
+        let at = |s: f64| SimTime((s * 1e9) as u64);
+        let each = pass.boom().numbers().flat_map(|number| {
+            let target = Target::Section(number);
+            let open = Command { at: at(0.0), target, duty: 1.0 };
+            let shut = Command { at: at(from + 0.2), target, duty: 0.0 };
+            if shuts { vec![open, shut] } else { vec![open] }
+        });
+        let log: CommandLog = each.collect();
+        time_to_safe_s(&pass.flows(&log), from, end_s)
+    };
+    for (more, fault) in [
+        ("", Some(SprayerFault::BlockedNozzle(Valves::All, 1.0))),
+        (PUMP, Some(SprayerFault::TankEmpty)),
+        ("[sensors]\ntank_l = 0.5", None),
+    ] {
+        assert_eq!(dry(more, fault, false), None, "{fault:?}: its valves stand open");
+        let shut_s = dry(more, fault, true).expect("they shut");
+        assert!((shut_s - 0.2).abs() < 1e-6, "{fault:?}: {shut_s}");
+    }
+}
+
 #[test]
 fn switches_and_an_empty_tank_forbid_what_flows_all_the_same() {
     // From half a metre in the second panel on, 2.5 m of leaf are left.

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::io::{self, Read};
+use std::io::Read;
 
 use mcap::records::Record;
 
@@ -132,15 +132,6 @@ impl McapReader {
     }
 }
 
-pub(crate) fn read_some(input: &mut impl Read, room: &mut [u8]) -> Result<usize, ReadError> {
-    loop {
-        match input.read(room) {
-            Err(cause) if cause.kind() == io::ErrorKind::Interrupted => {}
-            other => return other.map_err(ReadError::Io),
-        }
-    }
-}
-
 /// The name of a channel of scans in a ROS 2 bag of somebody else: one of ours has the scanner's bytes, which say more.
 fn scan_topic(
     known: &BTreeMap<u16, Channel>,
@@ -232,7 +223,7 @@ mod tests {
     #[test]
     fn a_chunk_that_cannot_be_unpacked_is_refused_with_the_remedy() {
         let refused = |compression: &str| {
-            let why = McapReader::new(Box::new(io::Cursor::new(chunk(compression)))).next();
+            let why = McapReader::new(Box::new(std::io::Cursor::new(chunk(compression)))).next();
             why.map(drop).expect_err("no packet").to_string()
         };
         let foreign = refused("brotli");

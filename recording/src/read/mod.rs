@@ -39,7 +39,6 @@ pub use torn::{Resumed, Torn};
 use crate::scan_reader::MAX_PAYLOAD;
 use crate::{About, Packet, StreamKind};
 use mcap::McapReader;
-pub(crate) use mcap::read_some;
 use tail::Tail;
 
 /// Bytes a file is recognised by, and bytes taken from it at a time.
