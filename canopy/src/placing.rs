@@ -56,8 +56,11 @@ impl Placing {
         let Some((rig, _)) = &self.rig else { return line };
         let reading = ticks.map(|position_ticks| EncoderReading { position_ticks, speed: 0 });
         let scan = Scan { encoders: reading.into_iter().collect(), ..Scan::default() };
+        let begins = self.odometry.source().is_none();
         let y_m = self.odometry.y_m(rig, &scan, line.time_s, None);
-        PlacedLine { way: Some((y_m, self.odometry.speed_m_s())), ..line }
+        // One count tells no speed yet.
+        let speed_m_s = if begins { rig.speed_m_s } else { self.odometry.speed_m_s() };
+        PlacedLine { way: Some((y_m, speed_m_s)), ..line }
     }
 
     /// Elevation of the layer with this code, degrees, as the rig reads its sign.

@@ -88,7 +88,10 @@ impl From<Failure> for PyErr {
     fn from(failure: Failure) -> Self {
         match failure {
             Failure::Interrupted => PyKeyboardInterrupt::new_err(()),
-            Failure::Told(error) => Error::new_err(error.to_string()),
+            Failure::Told(error) => {
+                let remedy = rowscan_files::missing_file(&*error).unwrap_or_default();
+                Error::new_err(format!("{error}{remedy}"))
+            }
         }
     }
 }

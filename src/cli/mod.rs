@@ -68,7 +68,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use rowscan_driver::DriverError;
-use rowscan_files::{KeptApart, remove_leftovers};
+use rowscan_files::{KeptApart, missing_file, remove_leftovers};
 use rowscan_recording::ReadError;
 use rowscan_study::calibrations::ConfigError;
 
@@ -432,17 +432,6 @@ pub fn report(ended: Result<Outcome, Failure>) -> ExitCode {
             ExitCode::from(failure.exit_code())
         }
     }
-}
-
-/// Where a file was looked for that is not there; none for any other failure. Errors of files that are read carry the system's as their source.
-fn missing_file(failure: &Failure) -> Option<String> {
-    let first: &(dyn std::error::Error + 'static) = failure;
-    let mut chain = std::iter::successors(Some(first), |error| error.source());
-    chain.find(|error| {
-        error.downcast_ref::<io::Error>().is_some_and(|cause| cause.kind() == io::ErrorKind::NotFound)
-    })?;
-    let folder = std::env::current_dir().ok()?;
-    Some(format!("; check the name: a relative path starts at {}", folder.display()))
 }
 
 /// True if nobody reads any more what is written, as the system said, or as a library did that was told so.
