@@ -2,7 +2,6 @@
 //! rig states.
 
 use rowscan_protocol::rig::Rig;
-use rowscan_protocol::scan::Scan;
 use serde::Serialize;
 
 /// No tractor goes back faster, m/s: an encoder that counts so counts anew, or by fewer bits.
@@ -99,12 +98,9 @@ impl Odometry {
         self.fallen
     }
 
-    /// True if the way is by the rig's speed for want of a reading of the encoder that the rig has.
-    pub(crate) fn lacks_encoder(&self, rig: &Rig) -> bool {
-        self.source == Some(AdvanceSource::Constant)
-            && self.choice == EncoderChoice::IfThere
-            && rig.encoder_ticks_per_m.is_some()
-            && self.unread > 0
+    /// True if the rig has an encoder, and it is taken where scans have it.
+    pub(crate) fn wants_encoder(&self, rig: &Rig) -> bool {
+        self.choice == EncoderChoice::IfThere && rig.encoder_ticks_per_m.is_some()
     }
 
     /// Lines without a reading of the rig's encoder, where one was to be taken.
@@ -114,17 +110,22 @@ impl Odometry {
 
     /// Y of a line taken `travel_s` after the first. The source is settled by the first line: a measured speed if there is one, an
     /// encoder that the rig knows, else the rig's speed.
-    pub(crate) fn y_m(&mut self, rig: &Rig, scan: &Scan, travel_s: f64, speed: Option<GroundSpeed>) -> f64 {
+    /// `ticks` is what the encoder had counted then, of 32 bits.
+    pub(crate) fn y_m(
+        &mut self,
+        rig: &Rig,
+        ticks: Option<u32>,
+        travel_s: f64,
+        speed: Option<GroundSpeed>,
+    ) -> f64 {
         let encoder = match self.choice {
             EncoderChoice::Never => None,
-            EncoderChoice::IfThere | EncoderChoice::Only => {
-                rig.encoder_ticks_per_m.zip(scan.encoders.first())
-            }
+            EncoderChoice::IfThere | EncoderChoice::Only => rig.encoder_ticks_per_m.zip(ticks),
         };
         let source = *self.source.get_or_insert_with(|| {
             // A stretch that begins later begins farther on.
             self.y_m = rig.y_m(travel_s);
-            self.ticks = encoder.map_or(0, |(_, reading)| reading.position_ticks);
+            self.ticks = encoder.map_or(0, |(_, ticks)| ticks);
             self.travel_s = travel_s;
             self.speed_m_s = speed.and_then(|speed| speed.speed_m_s).unwrap_or(0.0);
             match (speed, encoder) {
@@ -138,19 +139,18 @@ impl Odometry {
         self.travel_s = travel_s;
         match source {
             AdvanceSource::Constant => {
-                let is_missing = self.choice == EncoderChoice::IfThere && scan.encoders.is_empty();
-                if is_missing && speed.is_none() && rig.encoder_ticks_per_m.is_some() {
+                if ticks.is_none() && speed.is_none() && self.wants_encoder(rig) {
                     self.unread += 1;
                 }
                 self.speed_m_s = rig.speed_m_s;
                 self.y_m = rig.y_m(travel_s);
             }
             AdvanceSource::Encoder => {
-                if let Some((ticks_per_m, reading)) = encoder {
+                if let Some((ticks_per_m, ticks)) = encoder {
                     // The counter wraps, upwards and back through zero.
-                    let ticks = reading.position_ticks.wrapping_sub(self.ticks) as i32;
-                    self.ticks = reading.position_ticks;
-                    let mut way_m = f64::from(ticks) / ticks_per_m;
+                    let counted = ticks.wrapping_sub(self.ticks) as i32;
+                    self.ticks = ticks;
+                    let mut way_m = f64::from(counted) / ticks_per_m;
                     if std::mem::take(&mut self.restarted) {
                         way_m = way_m.max(0.0);
                     } else if way_m < -(FASTEST_BACK_M_S * passed_s + BACK_M) {
@@ -198,12 +198,6 @@ impl Odometry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rowscan_protocol::scan::EncoderReading;
-
-    fn scan(ticks: u32) -> Scan {
-        let reading = EncoderReading { position_ticks: ticks, speed: 0 };
-        Scan { encoders: vec![reading], ..Scan::default() }
-    }
 
     #[test]
     fn an_encoder_wraps_stops_and_comes_back_through_zero() {
@@ -212,7 +206,7 @@ mod tests {
         let ticks = [u32::MAX - 9, 10, 10, 30, u32::MAX];
         let found: Vec<f64> = (0..)
             .zip(ticks)
-            .map(|(i, ticks)| odometry.y_m(&rig, &scan(ticks), f64::from(i) * 0.02, None))
+            .map(|(i, ticks)| odometry.y_m(&rig, Some(ticks), f64::from(i) * 0.02, None))
             .collect();
         for (found, expected) in found.iter().zip([5.0, 5.020, 5.020, 5.040, 5.009]) {
             assert!((found - expected).abs() < 1e-9, "{found} {expected}");
@@ -228,12 +222,12 @@ mod tests {
             [(true, 0.02, 5.0, 0), (false, 1.0, 1.0, 0), (false, 0.02, 5.02, 1)]
         {
             let mut odometry = Odometry::default();
-            odometry.y_m(&rig, &scan(1000), 0.0, None);
-            odometry.y_m(&rig, &scan(5000), 4.0, None);
+            odometry.y_m(&rig, Some(1000), 0.0, None);
+            odometry.y_m(&rig, Some(5000), 4.0, None);
             if restarts {
                 odometry.restart();
             }
-            let at = |odometry: &mut Odometry, ticks, t_s| odometry.y_m(&rig, &scan(ticks), t_s, None);
+            let at = |odometry: &mut Odometry, ticks, t_s| odometry.y_m(&rig, Some(ticks), t_s, None);
             at(&mut odometry, 1000, 4.0 + passed_s);
             let found = at(&mut odometry, 2000, 6.0);
             assert!((found - y_m).abs() < 1e-9, "{found} {y_m}");
@@ -241,9 +235,9 @@ mod tests {
         }
         // One that went on counting tells the way.
         let mut odometry = Odometry::default();
-        odometry.y_m(&rig, &scan(1000), 0.0, None);
+        odometry.y_m(&rig, Some(1000), 0.0, None);
         odometry.restart();
-        assert!((odometry.y_m(&rig, &scan(4000), 0.02, None) - 3.0).abs() < 1e-9);
+        assert!((odometry.y_m(&rig, Some(4000), 0.02, None) - 3.0).abs() < 1e-9);
     }
 
     #[test]
@@ -251,7 +245,7 @@ mod tests {
         let (rig, mut odometry) = (Rig::default(), Odometry::default());
         let at = |odometry: &mut Odometry, t_s, speed_m_s| {
             let speed = GroundSpeed { source: AdvanceSource::Gnss, speed_m_s };
-            odometry.y_m(&rig, &scan(0), t_s, Some(speed))
+            odometry.y_m(&rig, Some(0), t_s, Some(speed))
         };
         at(&mut odometry, 0.0, Some(0.5));
         assert_eq!(at(&mut odometry, 1.0, Some(1.5)), 1.0);
@@ -262,7 +256,7 @@ mod tests {
     #[test]
     fn without_either_it_is_the_rigs_speed() {
         let (rig, mut odometry) = (Rig { speed_m_s: 1.3, ..Rig::default() }, Odometry::default());
-        assert_eq!(odometry.y_m(&rig, &scan(7), 2.0, None), rig.y_m(2.0));
+        assert_eq!(odometry.y_m(&rig, Some(7), 2.0, None), rig.y_m(2.0));
         assert_eq!(odometry.source(), Some(AdvanceSource::Constant));
     }
 }

@@ -3,7 +3,7 @@
 use crate::odometry::Odometry;
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Rig, RowSide};
-use rowscan_protocol::scan::{EncoderReading, Scan, elevation_deg};
+use rowscan_protocol::scan::{Scan, elevation_deg};
 use rowscan_protocol::time::DeviceClock;
 
 /// Where a scanner sits, and how far it has come.
@@ -54,10 +54,8 @@ impl Placing {
     /// The next line where the tractor was: by the encoder's count at its first beam, if the rig has an encoder and there is a count, else by the rig's speed.
     pub fn on_its_way(&mut self, line: PlacedLine, ticks: Option<u32>) -> PlacedLine {
         let Some((rig, _)) = &self.rig else { return line };
-        let reading = ticks.map(|position_ticks| EncoderReading { position_ticks, speed: 0 });
-        let scan = Scan { encoders: reading.into_iter().collect(), ..Scan::default() };
         let begins = self.odometry.source().is_none();
-        let y_m = self.odometry.y_m(rig, &scan, line.time_s, None);
+        let y_m = self.odometry.y_m(rig, ticks, line.time_s, None);
         // One count tells no speed yet.
         let speed_m_s = if begins { rig.speed_m_s } else { self.odometry.speed_m_s() };
         PlacedLine { way: Some((y_m, speed_m_s)), ..line }
@@ -142,7 +140,7 @@ mod tests {
     /// A tractor that stops: its rig's speed would have it go on.
     #[test]
     fn scans_with_an_encoder_stand_where_it_says() {
-        use rowscan_protocol::scan::Echo;
+        use rowscan_protocol::scan::{Echo, EncoderReading};
 
         let rig = Rig { encoder_ticks_per_m: Some(1000.0), ..both_sides() };
         let along = |rig: &Rig| -> Vec<f64> {

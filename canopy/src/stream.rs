@@ -198,22 +198,20 @@ impl Pipeline {
         {
             *pass = *untouched;
         }
-        let begins = pass.odometry.source().is_none();
-        let empty = begins.then(|| Box::new(pass.clone()));
-        if begins {
+        let ticks = scan.encoders.first().map(|reading| reading.position_ticks);
+        if pass.odometry.source().is_none() {
             self.fallback = Some(Box::new(pass.without_encoder()));
+            let may_come = ticks.is_none() && speed.is_none() && pass.odometry.wants_encoder(&pass.rig);
+            self.untouched = may_come.then(|| Box::new(pass.clone()));
         }
         let nominal_step_m = pass.rig.speed_m_s * nominal_period_s(self.counting.nominal_hz(scan));
-        let y_m = pass.odometry.y_m(&pass.rig, scan, travel_s, speed);
-        if begins {
-            self.untouched = empty.filter(|_| speed.is_none() && pass.odometry.lacks_encoder(&pass.rig));
-        }
+        let y_m = pass.odometry.y_m(&pass.rig, ticks, travel_s, speed);
         if !pass.odometry.may_be_dead() {
             self.fallback = None;
         }
         self.gate.line(excluded, y_m, travel_s, pass.advance.longest_m(nominal_step_m));
         let fallback_y_m =
-            self.fallback.as_mut().map(|pass| pass.odometry.y_m(&pass.rig, scan, travel_s, None));
+            self.fallback.as_mut().map(|pass| pass.odometry.y_m(&pass.rig, ticks, travel_s, None));
         if excluded.is_some() {
             return;
         }

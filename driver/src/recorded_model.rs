@@ -10,8 +10,13 @@ impl Source {
     /// files that name none, of several models where no stream is asked for, and of what is no file to be opened twice. Whatever is wrong with a file is told by
     /// [`Scanner::open`](crate::Scanner::open).
     pub fn recorded_model(&self) -> Option<AnyModel> {
+        self.model_in(&self.peek()?)
+    }
+
+    /// The same of its recording that is open already.
+    pub fn model_in(&self, recording: &Recording) -> Option<AnyModel> {
         let Self::Recording { stream, .. } = self else { return None };
-        model_of(self.peek()?.about(), stream.as_deref())
+        model_of(recording.about(), stream.as_deref())
     }
 
     /// A recording with its first packet read, to see what it says of itself; `None` of live scanners and of what cannot be read.

@@ -2,10 +2,7 @@
 //! began in extra bytes. LAS knows no miss; a miss is a point with the flag "withheld" [`MISS_M`] along its beam, which programs that know
 //! nothing of shots leave out.
 
-use las::point::Format;
-use las::{Builder, Transform, Vector, Vlr};
-
-use super::las::{Failure, Lasting};
+use super::las_file::{Extra, LasFile, Number};
 use super::shot_columns::{Shot, ShotColumns};
 use super::{ExportError, Out, Table, TableWriter};
 
@@ -13,26 +10,20 @@ use super::{ExportError, Out, Table, TableWriter};
 const MISS_M: f64 = 100.0;
 
 /// The extra bytes of a point: where its beam began.
-const ORIGIN: [&str; 3] = ["origin_x", "origin_y", "origin_z"];
+const ORIGIN: [Extra; 3] = [origin(b"origin_x"), origin(b"origin_y"), origin(b"origin_z")];
+
+const fn origin(name: &'static [u8]) -> Extra {
+    Extra { name, number: Number::F64, about: b"where the beam began, metres" }
+}
 
 pub(super) struct Writer<W: Out> {
-    out: las::Writer<Lasting<W>>,
-    failure: Failure,
+    out: LasFile<W>,
     columns: ShotColumns,
 }
 
 impl<W: Out> Writer<W> {
     pub(super) fn new(out: W, table: &Table) -> Result<Self, ExportError> {
-        let mut builder = Builder::from((1, 4));
-        builder.point_format = Format::new(6)?;
-        builder.point_format.extra_bytes = 8 * ORIGIN.len() as u16;
-        builder.vlrs.push(origin_record());
-        builder.generating_software = format!("rowscan {}", env!("CARGO_PKG_VERSION"));
-        let tenth = Transform { scale: 1e-4, offset: 0.0 };
-        builder.transforms = Vector { x: tenth, y: tenth, z: tenth };
-        let (out, failure) = Lasting::around(out);
-        let out = las::Writer::new(out, builder.into_header()?)?;
-        Ok(Self { out, failure, columns: ShotColumns::of(table)? })
+        Ok(Self { columns: ShotColumns::of(table)?, out: LasFile::begin(out, &ORIGIN)? })
     }
 
     fn put(
@@ -43,7 +34,7 @@ impl<W: Out> Writer<W> {
         is_miss: bool,
     ) -> Result<(), ExportError> {
         let [x, y, z] = shot.point(range_m);
-        self.out.write_point(las::Point {
+        self.out.put(las::Point {
             x,
             y,
             z,
@@ -53,8 +44,7 @@ impl<W: Out> Writer<W> {
             gps_time: Some(shot.time_s),
             extra_bytes: shot.origin.iter().flat_map(|place| place.to_le_bytes()).collect(),
             ..las::Point::default()
-        })?;
-        self.failure.told()
+        })
     }
 }
 
@@ -71,25 +61,7 @@ impl<W: Out> TableWriter<W> for Writer<W> {
         Ok(())
     }
 
-    fn finish(mut self: Box<Self>) -> Result<W, ExportError> {
-        self.out.close()?;
-        self.failure.told()?;
-        Ok(self.out.into_inner()?.into_inner())
+    fn finish(self: Box<Self>) -> Result<W, ExportError> {
+        self.out.finish()
     }
-}
-
-/// The record that names the extra bytes of every point: three 64-bit floats (LAS 1.4 R15, "Extra Bytes").
-fn origin_record() -> Vlr {
-    const LENGTH: usize = 192;
-    const FLOAT_64: u8 = 10;
-    let mut data = vec![0; LENGTH * ORIGIN.len()];
-    for (record, name) in data.chunks_mut(LENGTH).zip(ORIGIN) {
-        let mut put = |from: usize, bytes: &[u8]| {
-            record.iter_mut().skip(from).zip(bytes).for_each(|(place, byte)| *place = *byte);
-        };
-        put(2, &[FLOAT_64]);
-        put(4, name.as_bytes());
-        put(160, b"where the beam began, metres");
-    }
-    Vlr { user_id: "LASF_Spec".to_owned(), record_id: 4, description: "Extra bytes".to_owned(), data }
 }

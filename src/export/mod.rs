@@ -13,6 +13,8 @@ mod known;
 #[cfg(feature = "tables")]
 mod las;
 #[cfg(feature = "tables")]
+mod las_file;
+#[cfg(feature = "tables")]
 mod las_shots;
 pub mod map;
 pub(crate) mod npy;

@@ -2,7 +2,7 @@
 
 use rowscan_driver::Source;
 use rowscan_protocol::rig::{EchoChoice, Rig};
-use rowscan_recording::{About, StreamKind};
+use rowscan_recording::{About, Recording, StreamKind};
 use rowscan_scenes::Scene;
 use rowscan_scenes::files;
 use rowscan_study::reading::fitted_rig;
@@ -21,9 +21,10 @@ pub(super) fn load(
 ) -> Result<(Rig, Option<Scene>), Failure> {
     let (mut rig, scene) = files::load_rig(name, say)?;
     let asked = model.map(models::find).transpose()?;
-    tell_other_rigs(&rig, sources);
-    for (source, scanner) in sources.iter().zip(scanners) {
-        let recorded = source.recorded_model();
+    let recordings: Vec<Option<Recording>> = sources.iter().map(Source::peek).collect();
+    tell_other_rigs(&rig, sources.iter().zip(&recordings));
+    for ((source, recording), scanner) in sources.iter().zip(&recordings).zip(scanners) {
+        let recorded = recording.as_ref().and_then(|recording| source.model_in(recording));
         if let (None, Some(recorded), Some(mount)) = (asked, recorded, rig.scanners.get(*scanner))
             && mount.model != recorded.name()
         {
@@ -41,14 +42,14 @@ pub(super) fn load(
 const MOST_TOLD: usize = 5;
 
 /// Says where recordings were made with another rig: what is measured goes by the one that is given.
-fn tell_other_rigs(rig: &Rig, sources: &[Source]) {
+fn tell_other_rigs<'a>(rig: &Rig, sources: impl Iterator<Item = (&'a Source, &'a Option<Recording>)>) {
     let Some(here) = rig_text(rig) else { return };
-    let mut seen: Vec<String> = Vec::new();
-    for source in sources {
-        let Some(recorded) = source.peek().and_then(|recording| recording.about().rig.clone()) else {
+    let mut seen: Vec<&str> = Vec::new();
+    for (source, recording) in sources {
+        let Some(recorded) = recording.as_ref().and_then(|recording| recording.about().rig.as_deref()) else {
             continue;
         };
-        let others = differences(&recorded, &here);
+        let others = differences(recorded, &here);
         // Several streams of one file.
         if others.is_empty() || seen.contains(&recorded) {
             continue;
