@@ -56,13 +56,13 @@ impl<W: Out> LasFile<W> {
     /// Writes a point.
     pub(super) fn put(&mut self, point: las::Point) -> Result<(), ExportError> {
         self.out.write_point(point)?;
-        self.failure.told()
+        self.failure.check()
     }
 
     /// Writes what only the end tells, and gives the file back.
     pub(super) fn finish(mut self) -> Result<W, ExportError> {
         self.out.close()?;
-        self.failure.told()?;
+        self.failure.check()?;
         Ok(self.out.into_inner()?.out)
     }
 }
@@ -92,8 +92,8 @@ fn record(extra: &[Extra]) -> Vlr {
 struct Failure(Arc<Mutex<Option<io::Error>>>);
 
 impl Failure {
-    /// It, once.
-    fn told(&self) -> Result<(), ExportError> {
+    /// An error after the first write that failed, once.
+    fn check(&self) -> Result<(), ExportError> {
         match self.0.lock().unwrap_or_else(PoisonError::into_inner).take() {
             Some(cause) => Err(cause.into()),
             None => Ok(()),

@@ -176,7 +176,7 @@ fn what_goes_wrong_is_told_with_its_remedy() {
     assert_says(&ended.stderr, &["sends datagrams", "expected tcp://HOST:PORT"]);
 }
 
-/// What another client has left on takes beams away that look like misses: the driver puts it off, and says so.
+/// What another client has left on takes beams away that look like misses: the driver switches it off, and says so.
 #[test]
 fn filters_that_another_client_left_cost_nothing_and_are_told() {
     let (_folder, path) = folder();

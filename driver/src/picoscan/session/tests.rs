@@ -215,9 +215,9 @@ fn the_start_up_is_that_of_sicks_sdk_and_ends_with_a_datagram() {
     }
 }
 
-/// Beams that a filter takes away look like misses: what another client has left is put off, and told.
+/// Beams that a filter takes away look like misses: what another client has left is switched off, with a message.
 #[test]
-fn filters_that_were_on_are_put_off_and_told_whatever_the_model_has() {
+fn filters_that_were_on_are_switched_off_with_a_message_whatever_the_model_has() {
     let angles =
         |on: Value| json!({ "bEnable": on, "fThetaStart": -0.3, "fThetaStop": 0.3, "uiBeamIncrement": 3 });
     for (on, off) in [(json!(true), json!(false)), (json!(1), json!(0))] {
