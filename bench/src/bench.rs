@@ -1,6 +1,6 @@
 //! From a description to a rig that runs.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rowscan_bus::link::candump::LogCut;
@@ -88,7 +88,7 @@ impl Bench {
             let ecu = if number == 0 { ecu } else { ecu.elsewhere() };
             rig.bus_with(&spec.id, (ecu, spec.functions), bus, spec.news, &spec.taps);
         }
-        let mut opened = Vec::new();
+        let (mut opened, mut serial_numbers) = (Vec::new(), BTreeMap::new());
         for spec in &scanners {
             let control = faults.as_ref().map(|faults| &faults.control);
             let mut wiring = Wiring {
@@ -99,6 +99,7 @@ impl Bench {
                 watched,
                 rig: &mut rig,
                 places: &mut places,
+                serial_numbers: &mut serial_numbers,
                 untaken: &mut untaken,
             };
             opened.push(wiring.add(spec).await?);

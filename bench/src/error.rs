@@ -55,6 +55,24 @@ pub enum BenchError {
         /// The model.
         model: &'static str,
     },
+    /// An LMS2xx tells no serial number.
+    #[error("{model} tells no serial number: leave --serial-number out")]
+    NoSerialNumber {
+        /// The model.
+        model: &'static str,
+    },
+    /// Two scanners with one serial number.
+    #[error(
+        "`{id}` and `{other}` have the serial number {serial_number}: expected one for each scanner, for datagrams are told apart by it"
+    )]
+    SameSerialNumber {
+        /// The second scanner.
+        id: String,
+        /// The first one.
+        other: String,
+        /// Their number.
+        serial_number: u32,
+    },
     /// The model sends no datagrams.
     #[error(
         "{model} has no Compact output: --udp, --allow-destination and --rest are for models that have it, such as picoscan150"

@@ -1,5 +1,6 @@
 //! A scanner of a bench: the one place where the two families differ.
 
+use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::sync::Arc;
 use std::time::Duration;
@@ -73,6 +74,8 @@ pub(crate) struct Wiring<'a> {
     pub(crate) watched: bool,
     pub(crate) rig: &'a mut Rig,
     pub(crate) places: &'a mut Vec<Place>,
+    /// Of the scanners so far, with what they are called.
+    pub(crate) serial_numbers: &'a mut BTreeMap<u32, String>,
     /// Of its pseudo-terminals.
     pub(crate) untaken: &'a mut Vec<Untaken>,
 }
@@ -102,7 +105,8 @@ impl Wiring<'_> {
         let (device, view) = self.stage.scanner_on(&self.rig.tractor(), spec.mount, model)?;
         let scans_per_row = self.stage.scans_per_row(&device);
         let spec = &ScannerSpec { udp: spec.udp.map(a_free_port).transpose()?, ..spec.clone() };
-        let (device, state) = cola_device(spec, model, device, self.stage.scene.seed)?;
+        let (mut device, state) = cola_device(spec, model, device, self.stage.scene.seed)?;
+        device.set_serial_number(self.serial_number(spec, device.serial_number())?);
         let on_a_line = spec.endpoints.iter().all(Endpoint::is_line) && !spec.endpoints.is_empty();
         let config = EmulatorConfig {
             time_scale: self.scale,
@@ -120,6 +124,7 @@ impl Wiring<'_> {
             ..EmulatorConfig::default()
         };
         let serial_number = device.serial_number();
+        self.serial_numbers.insert(serial_number, spec.id.clone());
         let mut emulator = self.rig.scanner(device, view, config);
         for endpoint in &spec.endpoints {
             match endpoint {
@@ -152,6 +157,18 @@ impl Wiring<'_> {
             self.place(spec, "udp", At::Address(to.into()));
         }
         Ok((Box::new(emulator), scans_per_row, rest))
+    }
+
+    /// The serial number of a scanner that has this one by model, mount and seed: the one that is asked for, else the next that no other scanner has.
+    fn serial_number(&self, spec: &ScannerSpec, own: u32) -> Result<u32, BenchError> {
+        let taken = |number: u32| self.serial_numbers.get(&number);
+        let Some(asked) = spec.device.serial_number else {
+            return Ok((own..).find(|number| taken(*number).is_none()).unwrap_or(own));
+        };
+        taken(asked).map_or(Ok(asked), |other| {
+            let (id, other) = (spec.id.clone(), other.clone());
+            Err(BenchError::SameSerialNumber { id, other, serial_number: asked })
+        })
     }
 
     /// Serves the scanner's REST interface.
@@ -313,6 +330,9 @@ fn lms2xx_options(
     }
     if of.ident.is_some() || spec.search.is_some() {
         return Err(BenchError::NoIdent { model: model.title });
+    }
+    if of.serial_number.is_some() {
+        return Err(BenchError::NoSerialNumber { model: model.title });
     }
     let firmware = of.firmware.as_deref().map(str::parse).transpose()?;
     let slack: Duration = of.pause_slack.unwrap_or_else(|| pause_slack(of.profile, scale));

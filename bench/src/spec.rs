@@ -149,6 +149,8 @@ pub struct DeviceSpec {
     pub rate: lms2xx::Rate,
     /// CoLa: what DeviceIdent says; the model's own where absent.
     pub ident: Option<Ident>,
+    /// Its serial number; by model, mount and seed where absent. An LMS2xx tells none.
+    pub serial_number: Option<u32>,
     /// What FirmwareVersion says, the model's own where absent; of an LMS2xx, which of its firmwares it has.
     pub firmware: Option<String>,
     /// LMS2xx: how long a client may pause inside a telegram, more than a real device allows; by profile and time scale where absent.

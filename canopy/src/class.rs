@@ -39,11 +39,13 @@ pub enum ClassKey {
     Optics,
     /// From the scanner to the row plane: wide beams meet more rims the farther they go.
     Distance,
+    /// Between lines: few lines a voxel read high.
+    LineSpacing,
 }
 
 impl ClassKey {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::LeafAngle,
         Self::LeafSize,
         Self::Season,
@@ -52,6 +54,7 @@ impl ClassKey {
         Self::TrainingSystem,
         Self::Optics,
         Self::Distance,
+        Self::LineSpacing,
     ];
 
     /// Its name in warnings, studies and tables.
@@ -65,6 +68,7 @@ impl ClassKey {
             Self::TrainingSystem => "training_system",
             Self::Optics => "optics",
             Self::Distance => "distance",
+            Self::LineSpacing => "line_spacing",
         }
     }
 
@@ -75,16 +79,20 @@ impl ClassKey {
 
     /// True if its values are numbers, false if they are names.
     pub fn is_number(self) -> bool {
-        matches!(self, Self::LeafAngle | Self::LeafSize | Self::WoodShare | Self::Distance)
+        matches!(
+            self,
+            Self::LeafAngle | Self::LeafSize | Self::WoodShare | Self::Distance | Self::LineSpacing
+        )
     }
 
     /// The property as a number: degrees, cm², a share, metres. `None` where it is unknown, and for properties that are names.
-    pub fn number(self, canopy: &CanopyClass, distance_m: Option<f64>) -> Option<f64> {
+    pub fn number(self, canopy: &CanopyClass, geometry: ScanGeometry) -> Option<f64> {
         match self {
             Self::LeafAngle => canopy.leaf_angle_deg,
             Self::LeafSize => canopy.leaf_area_cm2,
             Self::WoodShare => canopy.wood_share,
-            Self::Distance => distance_m,
+            Self::Distance => geometry.distance_m,
+            Self::LineSpacing => geometry.line_spacing_m,
             Self::Season | Self::Generator | Self::TrainingSystem | Self::Optics => None,
         }
     }
@@ -95,7 +103,12 @@ impl ClassKey {
             Self::LeafAngle => Some(SPHERICAL_DEG),
             Self::LeafSize => Some(LeafShape::default().area_m2 * 1e4),
             Self::WoodShare => Some(0.0),
-            Self::Distance | Self::Season | Self::Generator | Self::TrainingSystem | Self::Optics => None,
+            Self::Distance
+            | Self::LineSpacing
+            | Self::Season
+            | Self::Generator
+            | Self::TrainingSystem
+            | Self::Optics => None,
         }
     }
 
@@ -117,6 +130,7 @@ impl ClassKey {
         match self {
             Self::LeafAngle => ANGLE_TOLERANCE_DEG,
             Self::WoodShare => WOOD_TOLERANCE,
+            Self::LineSpacing => SPACING_TOLERANCE_M,
             _ => RATIO_TOLERANCE.ln(),
         }
     }
@@ -127,6 +141,7 @@ impl ClassKey {
             Self::LeafAngle => format!("{value:.0}°"),
             Self::LeafSize => format!("{value:.1} cm²"),
             Self::Distance => format!("{value:.1} m"),
+            Self::LineSpacing => format!("{value:.3} m"),
             _ => format!("{:.0} %", 100.0 * value),
         }
     }
@@ -140,6 +155,18 @@ const ANGLE_TOLERANCE_DEG: f64 = 5.0;
 const RATIO_TOLERANCE: f64 = 1.25;
 /// How far a share of wood may be off.
 const WOOD_TOLERANCE: f64 = 0.03;
+
+/// How much farther apart, or nearer, lines may be, metres: contact changes by about 1.5 % over it.
+const SPACING_TOLERANCE_M: f64 = 0.0125;
+
+/// How rows are looked at; `None` where it is not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ScanGeometry {
+    /// From the scanner to the row plane, metres.
+    pub distance_m: Option<f64>,
+    /// Between lines, metres.
+    pub line_spacing_m: Option<f64>,
+}
 
 /// How a row stands against the class that its leaf area holds for, in one property.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,26 +196,34 @@ pub(crate) enum Holds<'a> {
     Assumptions,
 }
 
-/// How the rig says that the row is looked at.
+/// How the row is looked at.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Look {
     pub(crate) width: Option<BeamWidth>,
-    pub(crate) distance_m: f64,
+    pub(crate) geometry: ScanGeometry,
+    /// The spacing of lines that the voxels' edge was chosen for, metres; `None` where it is not known or the edge is given.
+    pub(crate) planned_spacing_m: Option<f64>,
 }
 
 impl RowClass {
     /// Compares the row with what a leaf area holds for, in every property that matters to it.
     pub(crate) fn compared(&self, holds: &Holds<'_>, look: Look) -> Vec<Compared> {
         let own = &self.canopy;
-        let found = |key: ClassKey| key.number(own, Some(look.distance_m));
+        let found = |key: ClassKey| key.number(own, look.geometry);
         match holds {
-            Holds::Assumptions => [ClassKey::LeafAngle, ClassKey::LeafSize, ClassKey::WoodShare]
-                .into_iter()
-                .map(|key| numbers(key, key.assumed(), found(key)))
-                .collect(),
+            Holds::Assumptions => {
+                let assumed = [ClassKey::LeafAngle, ClassKey::LeafSize, ClassKey::WoodShare];
+                let planned = look.planned_spacing_m.map(|planned_m| {
+                    numbers(ClassKey::LineSpacing, Some(planned_m), found(ClassKey::LineSpacing))
+                });
+                let assumed = assumed.into_iter().map(|key| numbers(key, key.assumed(), found(key)));
+                assumed.chain(planned).collect()
+            }
             Holds::For(class) => {
                 let of = &class.canopy;
-                let numbers = |key: ClassKey| numbers(key, key.number(of, class.distance_m), found(key));
+                let fitted =
+                    ScanGeometry { distance_m: class.distance_m, line_spacing_m: class.line_spacing_m };
+                let numbers = |key: ClassKey| numbers(key, key.number(of, fitted), found(key));
                 vec![
                     numbers(ClassKey::LeafAngle),
                     numbers(ClassKey::LeafSize),
@@ -198,6 +233,7 @@ impl RowClass {
                     names(ClassKey::TrainingSystem, Some(&class.preset), self.preset.as_deref()),
                     names(ClassKey::Optics, Some(optics(class.optics)), look.width.map(beams)),
                     numbers(ClassKey::Distance),
+                    numbers(ClassKey::LineSpacing),
                 ]
             }
         }

@@ -6,6 +6,9 @@
 //! - Few beams: N independent beams of optical depth x bias it by (p − x(1 − p)) / (N p²), p = 1 − exp(−x), which is
 //!   1/(2N) for thin voxels; so it is multiplied by 1 − 1/(2N). Below `min_beams` a voxel counts as unvisited. With
 //!   infinitely small leaves the sum is then within 1 % up to an optical depth of 4.
+//! - Few lines: beams of one line that one leaf stops are one look. At 12 lines a voxel it is +0 to −2 %, at 4 +4 %, at 2 +11 %, at 1.25 +20 % on
+//!   rows of `spindle`: +28 % over the number of lines. Not corrected: the rule for the voxels' edge keeps lines enough where the rig's speed is right,
+//!   and the spacing of lines is a key of a calibration's class ([`ClassKey::LineSpacing`](crate::ClassKey::LineSpacing)).
 //! - Few leaves, each blocking many beams: not corrected, as the leaf size is unknown. On slabs of 6 cm leaves at
 //!   1.5 m²/m³ the bias was +7 % with voxels of 0.125 m, +2 % with 0.25 m (8 leaves a voxel) and under 1 % with 0.5 m,
 //!   which follow a crown's outline less well. A calibration holds it; the `voxel` estimator corrects it.
@@ -70,13 +73,19 @@ impl Sampled {
         if self.hits_m > 0.0 { self.too_dense_m / self.hits_m } else { 0.0 }
     }
 
-    /// For an estimate: of slices this long.
-    pub(crate) fn report(&self, slice_m: f64, parameters: &Parameters) -> ContactReport {
+    /// For an estimate: of slices this long, with lines so far apart.
+    pub(crate) fn report(
+        &self,
+        slice_m: f64,
+        line_spacing_m: Option<f64>,
+        parameters: &Parameters,
+    ) -> ContactReport {
         ContactReport {
             projection: parameters.projection,
             voxel_m: parameters.voxel_m,
             voxel_by: parameters.voxel_by,
             slice_m,
+            line_spacing_m,
             hits: self.hits,
             too_dense: self.too_dense(),
             voxels_visited: self.visited,

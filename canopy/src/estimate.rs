@@ -1,5 +1,7 @@
 //! The result: every number with its unit in its name, `null` where it is unknown.
 
+use rowscan_protocol::compact::SegmentCounts;
+use rowscan_protocol::host::SettingNote;
 use rowscan_protocol::model::AnyModel;
 use serde::Serialize;
 
@@ -22,8 +24,8 @@ pub struct Estimate {
     pub scans_repeated: u64,
     /// Telegrams that came behind later ones: they are not lost, and add no advance and no area.
     pub scans_late: u64,
-    /// Telegrams missing between the first and the last seen, by the telegram counter; a restart is not a gap.
-    pub scans_lost: u64,
+    /// Telegrams missing between the first and the last seen, by the telegram counter; unknown where the scanner has begun to count anew.
+    pub scans_lost: Option<u64>,
     /// Turns of the mirror of which the scanner made no telegram, beyond its output interval: a virtual scanner's host was too slow.
     pub turns_left_out: u64,
     /// Scan telegrams left out: the device reports an error or a window too dirty to measure through, or its beams point where they cannot. By
@@ -33,6 +35,10 @@ pub struct Estimate {
     pub telegrams_bad: u64,
     /// Parts of scans that were lost on their way, where scans come in parts (picoScan): what their beams met is unknown. The caller knows them; 0 here.
     pub segments_lost: u64,
+    /// Parts of scans that came again unchanged: they cost nothing. The caller knows them; 0 here.
+    pub segments_doubled: u64,
+    /// Parts of scans that came twice with different contents: neither is believed, their scans are left out as unreadable. The caller knows them; 0 here.
+    pub segments_contradicting: u64,
     /// Beams of the latest scan.
     pub points_per_scan: Option<u32>,
     /// Telegrams a second, lost ones included, on the device clock.
@@ -80,13 +86,13 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Takes note of what the link to the scanner knows: frames refused, and parts of scans that were lost.
-    pub fn heard_over(&mut self, telegrams_bad: u64, segments_lost: u64) {
-        (self.telegrams_bad, self.segments_lost) = (telegrams_bad, segments_lost);
-        let RangeStatistics { returns, misses, invalid, .. } = self.ranges;
-        if segments_lost > 0 {
-            let share = invalid as f64 / (returns + misses + invalid).max(1) as f64;
-            self.warnings.push(Warning::SegmentsLost { segments: segments_lost, share });
+    /// Takes note of what the link to the scanner knows: frames refused, and what became of parts of scans.
+    pub fn heard_over(&mut self, telegrams_bad: u64, segments: SegmentCounts) {
+        (self.telegrams_bad, self.segments_lost) = (telegrams_bad, segments.lost);
+        (self.segments_doubled, self.segments_contradicting) = (segments.doubled(), segments.contradicted);
+        if segments.lost > 0 {
+            let share = segments.lost_share();
+            self.warnings.push(Warning::SegmentsLost { segments: segments.lost, share });
         }
     }
 
@@ -99,6 +105,11 @@ impl Estimate {
     /// is known.
     pub fn named(&mut self, found: &[AnyModel], taken_for: AnyModel) {
         self.warnings.extend(Warning::other_model(found, taken_for));
+    }
+
+    /// Takes note of what became of the scanner's settings.
+    pub fn set_up(&mut self, notes: impl IntoIterator<Item = SettingNote>) {
+        self.warnings.extend(notes.into_iter().map(Warning::Setting));
     }
 
     /// True if the row's areas, or those of its leaves, are not told. With a rig, the reason is among the warnings.
@@ -152,6 +163,8 @@ pub struct ContactReport {
     pub voxel_by: EdgeBy,
     /// Length of a slice along the row, metres.
     pub slice_m: f64,
+    /// How far apart lines lie, the mean over the row's length, metres.
+    pub line_spacing_m: Option<f64>,
     /// Beams that ended in a voxel.
     pub hits: u64,
     /// Share of the hits whose voxel would hold more than 100 m² of leaves a m³: no foliage is so dense.
@@ -235,7 +248,7 @@ pub struct Progress {
     /// Telegrams that came again.
     pub scans_repeated: u64,
     /// Telegrams missing.
-    pub scans_lost: u64,
+    pub scans_lost: Option<u64>,
     /// Turns of the mirror of which the scanner made no telegram.
     pub turns_left_out: u64,
     /// Way from the first line to the last, metres; `None` without a rig.

@@ -23,7 +23,7 @@
 //!     });
 //! }
 //! let estimate = pipeline.finish();
-//! assert_eq!((estimate.scans, estimate.scans_lost), (100, 0));
+//! assert_eq!((estimate.scans, estimate.scans_lost), (100, Some(0)));
 //! assert!(estimate.impacted_total_area_m2 > Some(0.0));
 //! # Ok::<(), rowscan_canopy::PipelineError>(())
 //! ```
@@ -50,6 +50,7 @@ mod contact;
 mod cut;
 mod delays;
 mod deskew;
+mod encoder_witness;
 mod enough;
 mod error;
 pub mod estimate;
@@ -58,6 +59,7 @@ mod footprint;
 mod gate;
 mod geometry;
 mod leaf;
+mod level;
 mod looks;
 pub mod odometry;
 mod parameters;
@@ -87,7 +89,7 @@ pub mod window;
 
 pub use calibration::{Calibration, CalibrationError, CanopyClass, FitError, Sample, fit};
 pub use card_law::CardMisfit;
-pub use class::{ClassKey, RowClass};
+pub use class::{ClassKey, RowClass, ScanGeometry};
 pub use cut::{CutMethod, FoundTree, UnknownCut};
 pub use enough::{Enough, Reached, UNREADABLE};
 pub use error::PipelineError;

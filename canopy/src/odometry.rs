@@ -152,7 +152,10 @@ impl Odometry {
                     self.ticks = ticks;
                     let mut way_m = f64::from(counted) / ticks_per_m;
                     if std::mem::take(&mut self.restarted) {
-                        way_m = way_m.max(0.0);
+                        // It counts anew: what it had counted is not its own, and the way meanwhile goes by the speed before and the time.
+                        if way_m < 0.0 {
+                            way_m = (self.speed_m_s * passed_s).max(0.0);
+                        }
                     } else if way_m < -(FASTEST_BACK_M_S * passed_s + BACK_M) {
                         self.fallen += 1;
                         way_m = self.speed_m_s * passed_s;
@@ -217,9 +220,10 @@ mod tests {
     #[test]
     fn an_encoder_that_counts_anew_after_a_restart_has_not_driven_back() {
         let rig = Rig { encoder_ticks_per_m: Some(1000.0), ..Rig::default() };
-        // Without a restart the same ticks are a way back, if a tractor can have gone it; else they begin anew too, and the speed is held.
+        // Behind a restart the speed is held for as long as it took. Without one the same ticks are a way back, if a tractor can have gone it; else they begin anew too,
+        // and the speed is held.
         for (restarts, passed_s, y_m, fallen) in
-            [(true, 0.02, 5.0, 0), (false, 1.0, 1.0, 0), (false, 0.02, 5.02, 1)]
+            [(true, 0.02, 5.02, 0), (true, 1.5, 6.5, 0), (false, 1.0, 1.0, 0), (false, 0.02, 5.02, 1)]
         {
             let mut odometry = Odometry::default();
             odometry.y_m(&rig, Some(1000), 0.0, None);

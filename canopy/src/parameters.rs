@@ -17,6 +17,8 @@ pub struct Parameters {
     pub voxel_m: f64,
     /// What set the edge.
     pub voxel_by: EdgeBy,
+    /// How far apart lines were taken to lie when the edge was chosen, metres; `None` where nothing said so.
+    pub line_spacing_m: Option<f64>,
     /// Length of a contact-frequency slice along the row, metres; the nearest whole fraction of the tree spacing is used.
     pub slice_m: f64,
     /// Leaf projection function G: projected over one-sided area, 0.5 for leaves turned any way.
@@ -71,6 +73,7 @@ impl Default for Parameters {
             max_gap_steps: 5.0,
             voxel_m,
             voxel_by,
+            line_spacing_m: None,
             slice_m: voxel_m,
             projection: 0.5,
             half_width_m: None,

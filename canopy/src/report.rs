@@ -1,11 +1,12 @@
 //! From sums to the estimate: calibration applied, warnings collected.
 
 use crate::calibration::{Calibration, EchoRule, FittedRange, Optics, RegressionKind};
-use crate::class::{Compared, Holds, Look, RowClass, Standing};
+use crate::class::{Compared, Holds, Look, RowClass, ScanGeometry, Standing};
 use crate::estimate::{ContactReport, Estimate, MountReport, RangeStatistics, SliceEstimate, TreeEstimate};
 use crate::estimator::Measure;
 use crate::gate::Gate;
 use crate::leaf::{Count, Law, LeafAreas, PieceLeaf, RangedAreas, RowLeaf, Sums, Withheld};
+use crate::level::LevelSurface;
 use crate::odometry::AdvanceSource;
 use crate::pieces::{self, PieceScatter, RowSds};
 use crate::remission::CardDoubt;
@@ -44,7 +45,7 @@ pub(crate) fn estimate(
         scans: counting.scans,
         scans_repeated: counting.repeated,
         scans_late: counting.late,
-        scans_lost: counting.lost,
+        scans_lost: counting.all_lost(),
         turns_left_out: counting.turns_left_out(),
         scans_excluded: gate.excluded(),
         points_per_scan: latest.map(|latest| u32::from(latest.beams.count)),
@@ -71,6 +72,7 @@ pub(crate) fn estimate(
     if gate.behind_m() > 0.0 {
         estimate.warnings.push(Warning::BehindStart { length_m: gate.behind_m() });
     }
+    estimate.warnings.extend(pass.into_iter().flat_map(|pass| pass.doubts_of_encoder(gate.valid)));
     match areas_told(counting, gate, pass) {
         Ok(pass) => {
             let law = Law::of(pass, calibration);
@@ -105,6 +107,8 @@ pub(crate) fn areas_told<'a>(
         Err(Withheld::NoTime)
     } else if by_encoder && pass.odometry.unread() > 0 {
         Err(Withheld::NoEncoder)
+    } else if by_encoder && pass.witness.is_refuted(gate.valid) {
+        Err(Withheld::EncoderStuck)
     } else if gate.blind_share() > pass.rig.max_excluded {
         Err(Withheld::TooMuchExcluded)
     } else {
@@ -117,6 +121,11 @@ fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Option<&RowPass>
     let warning = match (why, pass) {
         (Withheld::NothingValid, _) => Warning::NothingValid,
         (Withheld::NoEncoder, Some(pass)) => Warning::NoEncoder { scans: pass.odometry.unread() },
+        (Withheld::EncoderStuck, Some(pass)) => {
+            estimate.advance_m = pass.advance.advance_m();
+            estimate.advance_source = pass.odometry.source();
+            return;
+        }
         (Withheld::TooMuchExcluded, Some(pass)) => {
             estimate.advance_m = pass.advance.advance_m();
             estimate.advance_source = pass.odometry.source();
@@ -128,10 +137,14 @@ fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Option<&RowPass>
     estimate.warnings.push(warning);
 }
 
-/// Says that the tractor drove on behind the row that the rig describes, by a tree at least: how far a wheel slips is not known.
+/// Says that the tractor drove before or behind the row that the rig describes, by a tree at least: how far a wheel slips is not known.
 fn warn_of_row_end(estimate: &mut Estimate, pass: &RowPass) {
     let (Some(trees), Some(spacing_m)) = (pass.rig.trees, pass.rig.tree_spacing_m) else { return };
     let row_m = f64::from(trees) * spacing_m;
+    let before_m = pass.advance.first_y_m().map_or(0.0, |y_m| -y_m);
+    if before_m >= spacing_m {
+        estimate.warnings.push(Warning::BeforeRow { before_m });
+    }
     let past_m = pass.advance.y_m().map_or(0.0, |y_m| y_m - row_m);
     if past_m >= spacing_m {
         estimate.warnings.push(Warning::PastRow { row_m, past_m });
@@ -162,7 +175,14 @@ fn tell_how_sure(
     // Classes differ in what shares tell about as much as in what hits tell: so the study's figures of hits stand for both.
     let estimator = if calibration.is_some() { "contact" } else { "contact_raw" };
     let known = class.cloned().unwrap_or_default();
-    let look = Look { width: pass.rig.optics, distance_m: pass.mount.distance_m };
+    let look = Look {
+        width: pass.rig.optics,
+        geometry: ScanGeometry {
+            distance_m: Some(pass.mount.distance_m),
+            line_spacing_m: pass.row.totals().line_spacing_m(),
+        },
+        planned_spacing_m: pass.row.planned_spacing_m(),
+    };
     let compared = known.compared(&holds, look);
     // A power law enlarges a relative error by its exponent.
     let counted = law.counted();
@@ -263,6 +283,9 @@ fn row(
         estimate.warnings.push(Warning::SpeedHeld { seconds: pass.odometry.held_s() });
     }
     warn_of_row_end(estimate, pass);
+    if let Some(LevelSurface { z_m, share }) = pass.row.mistaken_ground() {
+        estimate.warnings.push(Warning::GroundAsCanopy { share, z_m });
+    }
     if !pass.row.has_far_gate() {
         estimate.warnings.push(Warning::NoFarRowGate);
     }

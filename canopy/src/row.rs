@@ -13,6 +13,7 @@ use crate::estimator::{
 };
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
 use crate::leaf::{SliceLeaf, Slices, Withheld, by_band};
+use crate::level::{LevelSurface, Levels};
 use crate::looks::Looks;
 use crate::parameters::Parameters;
 use crate::patches::Patches;
@@ -51,6 +52,7 @@ pub(crate) struct Row {
     /// The metres the open slice lies in, each with its share of the slice.
     slice_metres: Vec<(i64, f64)>,
     heights: Histogram,
+    levels: Levels,
     outline: Outline,
     /// The open metre: scanned, and whether it holds canopy.
     metre: (f64, bool),
@@ -77,6 +79,16 @@ pub(crate) struct Totals {
     /// Metres scanned of those metres of row that hold canopy returns.
     pub(crate) canopy_m: f64,
     pub(crate) returns: ReturnCounts,
+    /// Σ weight over lines, metres, and Σ weight², m².
+    weights: (f64, f64),
+}
+
+impl Totals {
+    /// How far apart lines lie, by what a metre of row has: the mean of their weights, by weight. `None` before the first line.
+    pub(crate) fn line_spacing_m(&self) -> Option<f64> {
+        let (sum_m, squares_m2) = self.weights;
+        (sum_m > 0.0).then(|| squares_m2 / sum_m)
+    }
 }
 
 /// What a line's returns come to.
@@ -114,6 +126,7 @@ impl Row {
             find: Vec::new(),
             slice_metres: Vec::new(),
             heights: Histogram::new(),
+            levels: Levels::default(),
             outline: Outline::new(),
             metre: (0.0, false),
             totals: Totals::default(),
@@ -138,6 +151,16 @@ impl Row {
     /// The same by how well the smallest share is known that is an echo.
     pub(crate) fn least_share_relative_sd(&self) -> f64 {
         self.parameters.least_share_relative_sd(self.frame.distance_m)
+    }
+
+    /// The surface that is the ground by all appearance, among what counts as canopy.
+    pub(crate) fn mistaken_ground(&self) -> Option<LevelSurface> {
+        self.levels.mistaken_ground(self.totals.returns.ground, &self.table, &self.frame)
+    }
+
+    /// The spacing of lines that the voxels' edge was chosen for.
+    pub(crate) fn planned_spacing_m(&self) -> Option<f64> {
+        self.parameters.line_spacing_m
     }
 
     /// How remission is read, where it is.
@@ -182,6 +205,9 @@ impl Row {
         self.strays.pass(line.y_m);
 
         self.y_m = line.y_m;
+        let (sum_m, squares_m2) = &mut self.totals.weights;
+        *sum_m += weight_m;
+        *squares_m2 += weight_m * weight_m;
         self.recent.line(line.y_m, weight_m);
         self.outline.add_line(weight_m);
         self.patches.add_line(range_m);
@@ -245,6 +271,7 @@ impl Row {
                     area_m += range_m * beam.area_factor;
                     returns += 1;
                     self.heights.add(z_m, weight_m);
+                    self.levels.add(z_m);
                     self.outline.add(x_m, z_m);
                     let of_trunk = self.trunk_zone.holds(x_m, z_m, self.frame.distance_m);
                     trunk += if of_trunk { weight_m } else { 0.0 };
@@ -425,7 +452,8 @@ impl Row {
     }
 
     pub(crate) fn contact_report(&self) -> ContactReport {
-        self.sampled_so_far().report(self.cut.slice_m(), &self.parameters)
+        let line_spacing_m = self.totals.line_spacing_m();
+        self.sampled_so_far().report(self.cut.slice_m(), line_spacing_m, &self.parameters)
     }
 
     /// What the estimators say of the row.

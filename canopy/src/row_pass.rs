@@ -7,11 +7,13 @@ use rowscan_protocol::rig::{Mount, Rig};
 use crate::advance::{Advance, Step, Weighted};
 use crate::beam_line::KeptBeams;
 use crate::deskew::Deskew;
+use crate::encoder_witness::EncoderWitness;
 use crate::error::PipelineError;
-use crate::odometry::{EncoderChoice, Odometry};
+use crate::odometry::{AdvanceSource, EncoderChoice, Odometry};
 use crate::parameters::Parameters;
 use crate::row::Row;
 use crate::shares::Shares;
+use crate::warning::Warning;
 
 /// What the latest telegram states.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +29,8 @@ pub(crate) struct RowPass {
     pub(crate) mount: Mount,
     pub(crate) advance: Advance,
     pub(crate) odometry: Odometry,
+    /// Whether the tractor stood while its encoder did.
+    pub(crate) witness: EncoderWitness,
     pub(crate) row: Row,
     pub(crate) open: OpenLine,
     /// What remission says of shares; `None` where it is not read.
@@ -55,11 +59,24 @@ impl RowPass {
             mount: mount.clone(),
             advance: Advance::new(parameters.max_gap_steps),
             odometry: Odometry::default(),
+            witness: EncoderWitness::default(),
             row: Row::new(rig, mount, parameters)?,
             open: OpenLine::default(),
             shares: Shares::new(&parameters),
             deskew: mount.attitude().leans().then(Deskew::default),
         })
+    }
+
+    /// From tick to tick of the rig's encoder at its speed, seconds; infinite of a rig without.
+    pub(crate) fn seconds_a_tick(&self) -> f64 {
+        self.rig.encoder_ticks_per_m.map_or(f64::INFINITY, |ticks| 1.0 / (ticks.abs() * self.rig.speed_m_s))
+    }
+
+    /// What scans, and the rig's speed, say against the encoder, if the advance is taken from it; of so many valid scans.
+    pub(crate) fn doubts_of_encoder(&self, valid: u64) -> impl Iterator<Item = Warning> {
+        let by_encoder = self.odometry.source() == Some(AdvanceSource::Encoder);
+        let doubts = by_encoder.then(|| self.witness.doubts(valid, self.rig.speed_m_s));
+        doubts.into_iter().flatten().flatten()
     }
 
     /// The same pass by the rig's speed; before the first line.

@@ -7,12 +7,13 @@ use rowscan_protocol::validity::ScanFault;
 use crate::calibration::Calibration;
 use crate::class::RowClass;
 use crate::cut::CutMethod;
+use crate::encoder_witness::Counted;
 use crate::error::PipelineError;
 use crate::estimate::{Estimate, Progress, RangeStatistics};
 use crate::estimator::EstimatorInfo;
 use crate::gate::{Field, Gate};
 use crate::leaf::{Law, LeafWindow, Withheld};
-use crate::odometry::{EncoderChoice, GroundSpeed, Odometry};
+use crate::odometry::{AdvanceSource, EncoderChoice, GroundSpeed, Odometry};
 use crate::parameters::Parameters;
 use crate::ranges::Ranges;
 use crate::report;
@@ -215,6 +216,10 @@ impl Pipeline {
         if excluded.is_some() {
             return;
         }
+        if let (Some(AdvanceSource::Encoder), Some(ticks)) = (pass.odometry.source(), ticks) {
+            let tick_s = pass.seconds_a_tick();
+            pass.witness.observe(ticks, Counted { y_m, travel_s }, tick_s, scan.beams, range_m);
+        }
         pass.open(y_m, link, nominal_step_m, scan.beams, range_m, remission);
         if let Some((pass, y_m)) = self.fallback.as_mut().zip(fallback_y_m) {
             pass.open(y_m, link, nominal_step_m, scan.beams, range_m, remission);
@@ -257,7 +262,7 @@ impl Pipeline {
         Progress {
             scans: self.counting.scans,
             scans_repeated: self.counting.repeated,
-            scans_lost: self.counting.lost,
+            scans_lost: self.counting.all_lost(),
             turns_left_out: self.counting.turns_left_out(),
             advance_m: self.pass.as_ref().map(|pass| pass.advance.advance_m().unwrap_or(0.0)),
             y_m: self.pass.as_ref().and_then(|pass| pass.advance.y_m()),

@@ -1,7 +1,8 @@
 //! What a reader of an estimate must know beside its numbers.
 
-use std::fmt;
+mod words;
 
+use rowscan_protocol::host::SettingNote;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::validity::ScanFault;
 use serde::{Serialize, Serializer};
@@ -9,7 +10,6 @@ use serde::{Serialize, Serializer};
 use crate::card_law::CardMisfit;
 use crate::class::ClassKey;
 use crate::gate::Exclusion;
-use crate::remission::RemissionScale;
 
 /// What a reader of an estimate must know beside its numbers. Serialises as its text, which begins with its [`code`](Warning::code).
 #[derive(Clone, Debug, PartialEq)]
@@ -143,7 +143,7 @@ pub enum Warning {
     SegmentsLost {
         /// How many.
         segments: u64,
-        /// Share of all beams of which nothing is known.
+        /// Share of all segments, from the first to the last one that came.
         share: f64,
     },
     /// The recording breaks off: what came behind is not in the estimate.
@@ -151,6 +151,8 @@ pub enum Warning {
         /// Where, and what is there.
         place: String,
     },
+    /// A setting of the scanner is not as it was to be, or was found as another client had left it.
+    Setting(SettingNote),
     /// The scanner, or its recording, names another model than the one that it is taken for.
     OtherModel {
         /// The model that it is taken for.
@@ -191,6 +193,20 @@ pub enum Warning {
         /// Scans in which it stood.
         lines: u64,
     },
+    /// The encoder stood while scans changed as they do when the tractor drives.
+    EncoderStuck {
+        /// Scans in which it did.
+        scans: u64,
+        /// Of so many.
+        of: u64,
+    },
+    /// The encoder's mean speed is far off the rig's.
+    EncoderSpeed {
+        /// By the encoder while it counted, m/s.
+        encoder_m_s: f64,
+        /// The rig's, m/s.
+        rig_m_s: f64,
+    },
     /// The encoder's count fell as no tractor goes back, while the scanner went on: the speed before was held.
     EncoderFell {
         /// So often.
@@ -219,6 +235,18 @@ pub enum Warning {
     SpeedHeld {
         /// For so long, seconds.
         seconds: f64,
+    },
+    /// Of what counts as canopy much lies level, and the ground that the rig tells was not met: its height, roof or leaning is off by all appearance.
+    GroundAsCanopy {
+        /// Share of the canopy's returns.
+        share: f64,
+        /// Where they lie above the ground that the rig tells, metres.
+        z_m: f64,
+    },
+    /// Lines began before the row's first tree: what stands there counts in the totals.
+    BeforeRow {
+        /// Metres before its start.
+        before_m: f64,
     },
     /// Lines went on behind the row's last tree: what stands there counts in the totals.
     PastRow {
@@ -270,6 +298,7 @@ impl Warning {
             Self::TurnsLeftOut { .. } => "turns_left_out",
             Self::SegmentsLost { .. } => "segments_lost",
             Self::BrokenOff { .. } => "broken_off",
+            Self::Setting(note) => note.code(),
             Self::OtherModel { .. } => "other_model",
             Self::Unreadable { .. } => "unreadable",
             Self::Excluded { why: Exclusion::OtherLayer, .. } => "other_layer",
@@ -278,216 +307,18 @@ impl Warning {
             Self::TooMuchExcluded { .. } => "too_much_excluded",
             Self::NothingValid => "nothing_valid",
             Self::EncoderStood { .. } => "encoder_stood",
+            Self::EncoderStuck { .. } => "encoder_stuck",
+            Self::EncoderSpeed { .. } => "encoder_speed",
             Self::EncoderFell { .. } => "encoder_fell",
             Self::ConstantSpeed { .. } => "constant_speed",
             Self::NoEncoder { .. } => "no_encoder",
             Self::NoTime { .. } => "no_time",
             Self::SpeedHeld { .. } => "speed_held",
+            Self::GroundAsCanopy { .. } => "ground_as_canopy",
+            Self::BeforeRow { .. } => "before_row",
             Self::PastRow { .. } => "past_row",
             Self::TooManyCells { .. } => "too_many_cells",
         }
-    }
-}
-
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.code())?;
-        match self {
-            Self::Uncalibrated => {
-                f.write_str("leaf area is the raw contact frequency, wood included; name a calibration in the rig")
-            }
-            Self::NoFarRowGate => {
-                f.write_str("the rig has no row_spacing_m, so returns from the next row count as canopy")
-            }
-            Self::OpticsUnknown => f.write_str(
-                "the rig does not say how wide the scanner's beams are, and a real beam's width makes leaf area by contact 1.5 to 3 times as large: leaf areas \
-                 are withheld; add optics = \"device\" below [rig] for a real scanner or scans through the device's optics, optics = \"ideal\" for \
-                 simulated rays",
-            ),
-            Self::WeakRegression { r2 } => write!(
-                f,
-                "the calibration's regression on I_T tells {:.0} % of what rows differ by, of rows that were not fitted: it is withheld",
-                100.0 * r2.max(0.0)
-            ),
-            Self::SharesDisagree { ratio, band: [low, high] } => write!(
-                f,
-                "shares of spots say {ratio:.2} times what contact says, the calibration's rows {low:.2} to {high:.2} times: something changes the power that \
-                 returns (a dirty or wet window, wet or other leaves, a misread card), or the row is of another class; the leaf area is by contact"
-            ),
-            Self::NoWitness => f.write_str(
-                "the calibration does not say how shares of spots and contact agree ([witness]): the leaf area is by contact; make the calibration anew with \
-                 `rowscan study calibration`",
-            ),
-            Self::CardTooShort => write!(
-                f,
-                "the card of rig.scanner.remission has too few readings for its curve: expected {} or more, {} of them on each side of the near field's end \
-                 (1.5 m), neighbours within a factor of {}; the leaf area is by contact",
-                RemissionScale::LEAST_READINGS,
-                RemissionScale::LEAST_A_SIDE,
-                RemissionScale::WIDEST_STEP
-            ),
-            Self::CardLaw { misfit } => write!(
-                f,
-                "the other cards of rig.scanner.remission are {:.1} digits off the logarithm of power that digits_a_decade says, {:.1} off a line and {:.1} off a \
-                 square root ({}): the leaf area is by contact; measure the cards anew, correct digits_a_decade, or say with power_sd how little is known",
-                misfit.logarithm, misfit.line, misfit.root, misfit.best()
-            ),
-            Self::CalibratedOnRays => f.write_str(
-                "the calibration was fitted on ideal rays: contact, voxel, polar and gap are corrected for the scanner's spot, the regression on I_T is \
-                 withheld",
-            ),
-            Self::RemissionAssumed => f.write_str(
-                "shares of spots are told by the curve that the scanner model assumes for remission: right for simulated scans; a real scanner needs a \
-                 card (rig.scanner.remission with curve = \"card\")",
-            ),
-            Self::RemissionMissing { hits, read } => write!(
-                f,
-                "only {read} of {hits} hits have a remission: the leaf area is by contact; record with remission, or leave rig.scanner.remission out"
-            ),
-            Self::EchoUnknown => f.write_str(
-                "the recording does not say which echo its scans hold, and this model may send the last one: leaf areas are withheld; say which it was \
-                 with --echo first, --echo last or the mount's echo",
-            ),
-            Self::ClassMismatch { key, expected, found } => {
-                write!(f, "the calibration's {key} is {expected}, this is {found}")
-            }
-            Self::OutsideClass { key, expected, found, calibrated, relative_sd } => {
-                let by = if *calibrated { "the calibration holds for" } else { "without calibration it is taken for" };
-                write!(f, "{} is {found}, {by} {expected}", key.name())?;
-                apart(f, *relative_sd)
-            }
-            Self::ClassUnknown { keys, relative_sd } => {
-                let names: Vec<&str> = keys.iter().map(|key| key.name()).collect();
-                write!(f, "whether the leaf area holds for this row is not known: {}", names.join(", "))?;
-                apart(f, *relative_sd)
-            }
-            Self::OutsideFittedRange { estimator, value_m2_per_m, low_m2_per_m, high_m2_per_m, refused } => write!(
-                f,
-                "{estimator} was fitted on {low_m2_per_m:.3}..{high_m2_per_m:.3} m²/m, found {value_m2_per_m:.3}{}",
-                if *refused { ": withheld" } else { "" }
-            ),
-            Self::TreesRefused { estimator, trees } => {
-                write!(f, "{trees} trees lie far outside the range {estimator} was fitted on: withheld")
-            }
-            Self::NoFoliage { share } => write!(
-                f,
-                "{:.0} % of the hits stand denser than any foliage (100 m² of leaves a m³), as on a wall or a sheet: leaf areas are withheld",
-                100.0 * share
-            ),
-            Self::BehindStart { length_m } => write!(
-                f,
-                "{length_m:.2} m of row were passed in reverse, behind the first scan: lines count from there on ahead only, so start at the row's beginning"
-            ),
-            Self::GapsNotFilled { gaps, length_m } => {
-                write!(f, "{gaps} gaps in the scan lines, {length_m:.2} m of row not scanned")
-            }
-            Self::Restarts { restarts } => {
-                write!(f, "{restarts} restarts or jumps of the device's clock or counter; the way driven meanwhile is unknown")
-            }
-            Self::NoDeviceClock { scans } => {
-                write!(f, "the device clock stood still for {scans} scans; they are timed by the nominal frequency")
-            }
-            Self::BrokenOff { place } => {
-                write!(f, "the recording is {place}; the estimate is of the scans that can be read, however much of the row they show")
-            }
-            Self::OtherModel { taken_for, found } => {
-                let listed = |name: fn(AnyModel) -> &'static str| {
-                    found.iter().copied().map(name).collect::<Vec<_>>().join(" or ")
-                };
-                write!(
-                    f,
-                    "the scanner is called {}, and is taken for the model {}, of which other things are known; expected --model {}",
-                    listed(AnyModel::title),
-                    taken_for.title(),
-                    listed(AnyModel::name)
-                )
-            }
-            Self::Unreadable { fault, telegrams } => {
-                write!(f, "{telegrams} scan telegrams gave no scan ({}); of the first, {fault}", fault.code())
-            }
-            Self::Excluded { why: Exclusion::OtherLayer, scans } => {
-                write!(f, "{scans} scans are of inclined layers and were left out: the estimate is of the level layer (within 1°) alone, and is none where ScanLayerFilter or LFPlayerFilter switches that off")
-            }
-            Self::Excluded { why, scans } => write!(f, "{scans} scans were left out: {}, {}", why.code(), why.reason()),
-            Self::TurnsLeftOut { turns, of } => write!(
-                f,
-                "the scanner left out {turns} of {of} turns of its mirror; a virtual scanner does so where its machine is too slow for real time: let it run \
-                 slower (--time-scale 0.5), or as fast as it can (--time-scale max)"
-            ),
-            // What never came has no beams that could be counted.
-            Self::SegmentsLost { segments, share } if *share == 0.0 => write!(
-                f,
-                "{segments} segments of scans were lost on their way, the same ones of every scan: how many beams they held is not known; areas are too small; look \
-                 for a slow network, a busy host, or a filter in the scanner"
-            ),
-            Self::SegmentsLost { segments, share } => write!(
-                f,
-                "{segments} segments of scans were lost on their way; of {:.1} % of all beams nothing is known: impacted areas are too small by about that, leaf areas \
-                 go by the beams that came; look for a slow network or a busy host",
-                100.0 * share
-            ),
-            Self::ContaminationWarning { scans } => {
-                write!(f, "the device warns of a dirty window in {scans} scans; they were used: clean the window")
-            }
-            Self::TooMuchExcluded { share, limit } => write!(
-                f,
-                "{:.1} % of the row has no valid scan, the rig's max_excluded allows {:.1} %: areas are withheld",
-                share * 100.0,
-                limit * 100.0
-            ),
-            Self::EncoderStood { lines } => write!(
-                f,
-                "the encoder stood still in all {lines} scans, so the rig's speed was taken; if the tractor stood, take --advance encoder"
-            ),
-            Self::EncoderFell { times } => write!(
-                f,
-                "the encoder's count fell {times} times as no tractor goes back, and the scanner went on: it was set anew, or has fewer bits; the way of \
-                 those turns is by the speed before"
-            ),
-            Self::ConstantSpeed { scans, speed_m_s, has_encoder } => {
-                write!(
-                    f,
-                    "the rig has an encoder, and {scans} scans have no reading of it: the way is by the rig's constant {speed_m_s} m/s. If the tractor drove \
-                     otherwise, take --advance gnss or can; "
-                )?;
-                f.write_str(match has_encoder {
-                    true => {
-                        "or record anew with the encoder on: `rowscan estimate SCANNER --rig RIG --record FILE` sets it, `picoscan://HOST?encoder=on` asks for \
-                         it; "
-                    }
-                    false => "this scanner's model tells no encoder's count; ",
-                })?;
-                f.write_str("if its speed was even, say so with --advance constant")
-            }
-            Self::NoEncoder { scans } => write!(
-                f,
-                "{scans} scans have no reading of the encoder (the rig needs encoder_ticks_per_m, the scanner LICencset): areas are withheld"
-            ),
-            Self::NothingValid => f.write_str("no valid scan came: areas are unknown"),
-            Self::NoTime { scans } => write!(
-                f,
-                "{scans} scans come without times, and nothing tells their rate: it is unknown, and with it the way; give it with --hertz"
-            ),
-            Self::SpeedHeld { seconds } => {
-                write!(f, "the ground speed was lost for {seconds:.1} s; the last one known was held")
-            }
-            Self::PastRow { row_m, past_m } => write!(
-                f,
-                "{past_m:.1} m behind the row's end at {row_m:.1} m were scanned and count in the totals; a virtual orchard repeats its row, so its first \
-                 trees are measured again: end with --length {row_m:.1}, or give the rig the trees that stand there"
-            ),
-            Self::TooManyCells { kept } => {
-                write!(f, "only the first {kept} trees and slices are listed; the totals hold all")
-            }
-        }
-    }
-}
-
-/// How far classes are apart, in words.
-fn apart(f: &mut fmt::Formatter<'_>, relative_sd: Option<f64>) -> fmt::Result {
-    match relative_sd {
-        Some(sd) => write!(f, "; such classes are {:.0} % apart (standard deviation)", 100.0 * sd),
-        None => f.write_str("; how far such classes are apart was not measured"),
     }
 }
 

@@ -6,7 +6,7 @@ mod common;
 
 use common::*;
 use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics, Provenance};
-use rowscan_canopy::{Calibration, CanopyClass, Estimate, Pipeline, RowClass, Sample, fit};
+use rowscan_canopy::{Calibration, CanopyClass, Estimate, Parameters, Pipeline, RowClass, Sample, fit};
 use rowscan_protocol::rig::{BeamWidth, Mount, Rig};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 
@@ -48,6 +48,7 @@ fn calibration(canopy: CanopyClass) -> Calibration {
         echo_rule: EchoRule::First,
         optics: Optics::Ideal,
         distance_m: Some(Mount::default().distance_m),
+        line_spacing_m: Some(0.02),
         canopy,
     };
     let sample = |f: f64| Sample {
@@ -149,6 +150,38 @@ fn a_calibration_made_from_elsewhere_is_warned_of_and_widens_the_interval() {
         width(&here) < width(&beside) && width(&beside) < width(&twice) && width(&twice) < width(&four_times)
     );
     assert!(width(&here) < width(&unknown), "what is not told widens");
+}
+
+#[test]
+fn lines_farther_apart_than_the_calibrations_are_warned_of_and_widen_the_interval() {
+    let fitted_at = |line_spacing_m: Option<f64>| {
+        let mut calibration = calibration(canopy());
+        calibration.class.line_spacing_m = line_spacing_m;
+        told(Some(calibration), Some(row_class()))
+    };
+    let width = |estimate: &Estimate| estimate.leaf.interval_m2.map(|[low, high]| high - low);
+    // The scans have a line each 2 cm.
+    let [same, near, far, unknown] = [Some(0.02), Some(0.03), Some(0.2), None].map(fitted_at);
+    assert!(same.contact.as_ref().unwrap().line_spacing_m.is_some_and(|m| (m - 0.02).abs() < 1e-4));
+    assert_eq!((warned(&same, "class"), warned(&near, "class")), (Vec::new(), Vec::new()));
+    let warnings = warned(&far, "class");
+    assert!(warnings[0].starts_with("class: line_spacing is 0.020 m"), "{warnings:?}");
+    assert!(warned(&unknown, "class_unknown")[0].contains("line_spacing"), "{:?}", unknown.warnings);
+    assert!(width(&same) < width(&near) && width(&near) < width(&far) && width(&same) < width(&unknown));
+}
+
+#[test]
+fn without_calibration_lines_are_held_against_what_the_voxels_were_chosen_for() {
+    let planned = |line_spacing_m: Option<f64>| {
+        let parameters = Parameters { line_spacing_m, ..Parameters::default() };
+        let mut pipeline = Pipeline::with_parameters(Some(&rig()), 0, None, parameters).expect("a pipeline");
+        wall().iter().for_each(|scan| pipeline.push(scan));
+        let found = warned(&pipeline.finish(), "class");
+        found.into_iter().filter(|warning| warning.contains("line_spacing")).collect::<Vec<_>>()
+    };
+    assert_eq!((planned(None), planned(Some(0.02))), (Vec::new(), Vec::new()));
+    let warnings = planned(Some(0.005));
+    assert!(warnings[0].contains("line_spacing is 0.020 m"), "{warnings:?}");
 }
 
 #[test]

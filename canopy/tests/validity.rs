@@ -111,6 +111,17 @@ fn a_drive_that_goes_on_behind_the_row_is_told() {
 }
 
 #[test]
+fn lines_before_the_rows_first_tree_are_told() {
+    let before = |start_m: f64| {
+        let rig = Rig { trees: Some(20), tree_spacing_m: Some(1.5), start_m, ..rig() };
+        let estimate = pushed(Pipeline::new(Some(&rig), 0, None).unwrap(), &drive(|turn| turn * 20));
+        estimate.warnings.into_iter().find(|warning| warning.code() == "before_row")
+    };
+    assert_eq!(before(-3.0), Some(Warning::BeforeRow { before_m: 3.0 }));
+    assert_eq!((before(-1.0), before(0.0), before(4.0)), (None, None, None));
+}
+
+#[test]
 fn lines_that_are_left_out_are_filled_by_their_neighbours() {
     let whole = drive(|turn| turn * 20);
     let mut holed = whole.clone();
@@ -119,7 +130,7 @@ fn lines_that_are_left_out_are_filled_by_their_neighbours() {
     let (whole, holed) = (pushed(new(), &whole), pushed(new(), &holed));
     let area = |estimate: &rowscan_canopy::Estimate| estimate.impacted_total_area_m2.unwrap();
     assert!((area(&holed) / area(&whole) - 1.0).abs() < 1e-9, "{} {}", area(&holed), area(&whole));
-    assert_eq!((holed.scans, holed.scans_lost, holed.scans_excluded), (250, 0, 35));
+    assert_eq!((holed.scans, holed.scans_lost, holed.scans_excluded), (250, Some(0), 35));
     assert_eq!(holed.scan_frequency_hz, whole.scan_frequency_hz);
 }
 

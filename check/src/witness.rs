@@ -431,7 +431,7 @@ impl Connection {
                 _ => {}
             }
         }
-        stream.segments_lost = stream.segments_lost.map(|_| ear.reader.segments_lost());
+        stream.segments_lost = stream.segments_lost.map(|_| ear.reader.segments().lost);
         let broken = ear.reader.counts().bad;
         for _ in ear.bad_frames..broken {
             bad(stream, "a broken frame".to_owned());

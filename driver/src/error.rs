@@ -6,7 +6,7 @@ use std::net::SocketAddrV4;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::frame::{Dialect, FrameCounts};
 use rowscan_protocol::host::Refusal;
 #[cfg(feature = "recordings")]
 use rowscan_recording::{Format, ReadError, Torn};
@@ -86,6 +86,20 @@ pub enum DriverError {
         name: &'static str,
         /// How long it was given.
         timeout: Duration,
+    },
+    /// Another HTTP server than a scanner's REST interface.
+    #[error(
+        "expected JSON of a picoScan at `{address}/api/{name}`, found {found} (HTTP {http}): is this another device's page? Expected the scanner's own address and its HTTP port (80 as delivered), and no proxy between"
+    )]
+    NotRest {
+        /// Host and port.
+        address: String,
+        /// What was asked.
+        name: &'static str,
+        /// What came instead.
+        found: &'static str,
+        /// The code of HTTP.
+        http: u16,
     },
     /// A login over REST was refused.
     #[error(
@@ -171,7 +185,10 @@ pub enum DriverError {
         junk: JunkBytes,
     },
     /// A command of the start-up got no reply.
-    #[error("{address} did not answer `{command}` in {dialect} within {timeout:?}")]
+    #[error(
+        "{address} did not answer `{command}` in {dialect}, asked twice with {timeout:?} each: expected its reply, found {} telegrams that are none and {} damaged ones; look for what damages bytes between (cable, network, proxy) and for other clients of the scanner, then start anew",
+        counts.frames, counts.bad
+    )]
     NoAnswer {
         /// Host and port.
         address: String,
@@ -179,8 +196,10 @@ pub enum DriverError {
         command: &'static str,
         /// The dialect in use.
         dialect: Dialect,
-        /// How long it was given.
+        /// How long it was given each time.
         timeout: Duration,
+        /// What came on this connection.
+        counts: FrameCounts,
     },
     /// A command without which no scan can come was refused.
     #[error("{address} refused `{command}`: {code}")]

@@ -3,9 +3,11 @@
 use std::task::{Context, Poll};
 use std::time::Duration;
 
+use rowscan_protocol::compact::SegmentCounts;
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::Scan;
+use rowscan_recording::StreamKind;
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
@@ -38,8 +40,8 @@ pub(crate) trait Feed: Send {
     /// Connections that reached streaming.
     fn connections(&self) -> u64;
 
-    /// Parts of scans that were lost on their way.
-    fn segments_lost(&self) -> u64;
+    /// What became of the parts of scans, where scans come in parts.
+    fn segments(&self) -> SegmentCounts;
 
     /// Telegrams of other scanners that came in the same stream, and were left out.
     fn telegrams_foreign(&self) -> u64;
@@ -49,6 +51,11 @@ pub(crate) trait Feed: Send {
 
     /// The model that a recording names, as far as it was read.
     fn recorded_model(&self) -> Option<AnyModel> {
+        None
+    }
+
+    /// What the bytes of the recorded stream are that is read, as far as it was.
+    fn recorded_kind(&self) -> Option<StreamKind> {
         None
     }
 

@@ -7,7 +7,8 @@ use std::io;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
-use rowscan_protocol::host::{HostEvent, HostSession, OtherSender};
+use rowscan_protocol::compact::SegmentCounts;
+use rowscan_protocol::host::{HostEvent, HostSession, OtherSender, SettingNote};
 use rowscan_protocol::scan::Scan;
 
 use crate::clock::{HostTime, Stopwatch, Timer};
@@ -32,8 +33,8 @@ pub(crate) struct Link<E: Endpoint> {
     connections: u64,
     /// Bad frames of the connections before this one.
     frames_bad_before: u64,
-    /// Parts of scans that those lost.
-    segments_lost_before: u64,
+    /// What became of parts of scans on those.
+    segments_before: SegmentCounts,
     /// Telegrams of others that came on those.
     foreign_before: u64,
     /// A stop that was begun ends at this time, whatever the device does.
@@ -75,7 +76,7 @@ impl<E: Endpoint> Link<E> {
             last_received: Duration::ZERO,
             connections: 0,
             frames_bad_before: 0,
-            segments_lost_before: 0,
+            segments_before: SegmentCounts::default(),
             foreign_before: 0,
             stop_by: None,
         }
@@ -175,16 +176,15 @@ impl<E: Endpoint> Link<E> {
             HostEvent::Refused { command, error, fatal: true } => {
                 return Err(self.endpoint.refused(command, error));
             }
-            HostEvent::Limited { what } => self.events.push(LinkEvent::Limited { what }),
-            HostEvent::Refused { command, error, fatal: false } => {
-                self.events.push(LinkEvent::Refused { command, error });
-            }
             HostEvent::NoAnswer { command } => {
                 let counts = self.session().map(HostSession::counts).unwrap_or_default();
                 self.endpoint.no_answer(command, counts)?;
                 self.begin_opening();
             }
-            _ => {}
+            event => {
+                let note = SettingNote::of(&event).map(LinkEvent::Setting);
+                note.into_iter().for_each(|note| self.events.push(note));
+            }
         }
         Ok(None)
     }
@@ -192,7 +192,7 @@ impl<E: Endpoint> Link<E> {
     /// Notes that the link is lost; an error once it has been lost for too long.
     fn lose(&mut self, cause: DriverError) -> Result<(), DriverError> {
         self.frames_bad_before = self.frames_bad();
-        self.segments_lost_before = self.segments_lost();
+        self.segments_before = self.segments();
         self.foreign_before = self.telegrams_foreign();
         self.endpoint.failed();
         let now = self.watch.now();
@@ -268,12 +268,12 @@ impl<E: Endpoint> Feed for Link<E> {
         self.connections
     }
 
-    fn segments_lost(&self) -> u64 {
+    fn segments(&self) -> SegmentCounts {
         let now = match &self.phase {
-            Phase::Streaming { connection, .. } => connection.session().segments_lost(),
-            _ => 0,
+            Phase::Streaming { connection, .. } => connection.session().segments(),
+            _ => SegmentCounts::default(),
         };
-        self.segments_lost_before + now
+        self.segments_before + now
     }
 
     fn telegrams_foreign(&self) -> u64 {

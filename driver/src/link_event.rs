@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use rowscan_protocol::host::{DeviceInfo, Refusal};
+use rowscan_protocol::host::{DeviceInfo, SettingNote};
 use rowscan_protocol::validity::ScanFault;
 use tokio::sync::Notify;
 
@@ -16,18 +16,8 @@ use crate::error::DriverError;
 pub enum LinkEvent {
     /// The device is configured and streams.
     Ready(DeviceInfo),
-    /// The device refused an optional setting and keeps its own.
-    Refused {
-        /// The command: its CoLa name, or the LMS2xx request in words.
-        command: &'static str,
-        /// The device's reason; an LMS2xx gives none.
-        error: Option<Refusal>,
-    },
-    /// The device cannot do something that would be of use.
-    Limited {
-        /// What it cannot do, and what follows.
-        what: &'static str,
-    },
+    /// A setting is not as it was to be, or was not as an earlier client should have left it.
+    Setting(SettingNote),
     /// The first scan telegram with this cause that passed its checksum and gives no scan. Later ones are counted:
     /// [`Scanner::faults`](crate::Scanner::faults).
     Malformed {
@@ -55,6 +45,8 @@ struct Kept {
     events: Mutex<VecDeque<LinkEvent>>,
     /// What the device said it is, when it last became ready.
     device: Mutex<Option<DeviceInfo>>,
+    /// What became of its settings, each once.
+    settings: Mutex<Vec<SettingNote>>,
     more: Notify,
 }
 
@@ -62,6 +54,12 @@ impl LinkEvents {
     pub(crate) fn push(&self, event: LinkEvent) {
         if let LinkEvent::Ready(device) = &event {
             *self.0.device.lock().unwrap_or_else(PoisonError::into_inner) = Some(device.clone());
+        }
+        if let LinkEvent::Setting(note) = &event {
+            let mut settings = self.0.settings.lock().unwrap_or_else(PoisonError::into_inner);
+            if !settings.contains(note) {
+                settings.push(*note);
+            }
         }
         let mut events = self.lock();
         if events.len() == EVENTS_KEPT {
@@ -74,6 +72,11 @@ impl LinkEvents {
     /// What the device said it is, when it last became ready; `None` before, and of a recording.
     pub fn device(&self) -> Option<DeviceInfo> {
         self.0.device.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// What became of the device's settings over all its connections, each note once.
+    pub fn settings(&self) -> Vec<SettingNote> {
+        self.0.settings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// The oldest event not yet taken, if there is one.

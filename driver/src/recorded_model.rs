@@ -5,6 +5,9 @@ use rowscan_recording::{About, Recording};
 
 use crate::Source;
 
+/// Packets of a file, beyond the first, in which it may say of which model its scanner is: a live scanner that is recorded says so once it has started.
+const MOST_AHEAD: usize = 1024;
+
 impl Source {
     /// The model that a recording names for the stream that is asked for, else for all its scanners, where that is one. `None` of live scanners, of
     /// files that name none, of several models where no stream is asked for, and of what is no file to be opened twice. Whatever is wrong with a file is told by
@@ -19,12 +22,18 @@ impl Source {
         model_of(recording.about(), stream.as_deref())
     }
 
-    /// A recording with its first packet read, to see what it says of itself; `None` of live scanners and of what cannot be read.
+    /// A recording with its first packets read, to see what it says of itself; `None` of live scanners and of what cannot be read.
     pub fn peek(&self) -> Option<Recording> {
         let Self::Recording { path, .. } = self else { return None };
         // What is no file, as a pipe, is read only once.
         let mut recording = path.is_file().then(|| Recording::open(path).ok()).flatten()?;
         recording.next_packet().ok()?;
+        for _ in 0..MOST_AHEAD {
+            // What is wrong farther on is told by who reads it.
+            if recording.about().model.is_some() || !matches!(recording.next_packet(), Ok(Some(_))) {
+                break;
+            }
+        }
         Some(recording)
     }
 }

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
+use rowscan_protocol::compact::SegmentCounts;
 use rowscan_protocol::host::{HostEvent, OtherSender};
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::Scan;
-use rowscan_recording::{Packet, ScanReader, Side, StreamInfo, Tap};
+use rowscan_recording::{Packet, ScanReader, Side, StreamInfo, StreamKind, Tap};
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
@@ -209,8 +210,8 @@ impl Feed for Recording {
         0
     }
 
-    fn segments_lost(&self) -> u64 {
-        self.client().map_or(0, ScanReader::segments_lost)
+    fn segments(&self) -> SegmentCounts {
+        self.client().map_or_else(SegmentCounts::default, ScanReader::segments)
     }
 
     fn telegrams_foreign(&self) -> u64 {
@@ -225,6 +226,10 @@ impl Feed for Recording {
         let chosen = self.chosen.and_then(|chosen| self.recording.streams().get(chosen));
         let stream = chosen.map(|stream| stream.name.as_str()).or(self.wanted.as_deref());
         model_of(self.recording.about(), stream)
+    }
+
+    fn recorded_kind(&self) -> Option<StreamKind> {
+        self.recording.streams().get(self.chosen?).map(|stream| stream.kind)
     }
 
     fn broken_off(&self) -> Option<String> {

@@ -4,11 +4,13 @@ use std::fmt;
 use std::future::poll_fn;
 use std::time::Duration;
 
-use rowscan_protocol::host::HostEvent;
+use rowscan_protocol::compact::SegmentCounts;
+use rowscan_protocol::host::{HostEvent, SettingNote};
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::reading::{Reading, ReadingCounts};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::{FaultCounts, ScanFault};
+use rowscan_recording::StreamKind;
 
 use crate::clock::HostTime;
 use crate::config::DriverConfig;
@@ -80,8 +82,8 @@ pub struct LinkCounts {
     pub connections: u64,
     /// Frames refused by checksum or length, and scan telegrams that could not be read.
     pub telegrams_bad: u64,
-    /// Parts of scans that were lost on their way, where scans come in parts; what their beams met is unknown.
-    pub segments_lost: u64,
+    /// What became of the parts of scans, where scans come in parts; what the beams of lost ones met is unknown.
+    pub segments: SegmentCounts,
     /// Telegrams of other scanners that came in the same stream (two that send to one UDP port), and were left out.
     pub telegrams_foreign: u64,
     /// Telegrams of inertial measurement unit and encoder.
@@ -135,12 +137,22 @@ impl Scanner {
     }
 
     /// The models that the scanner can be by what it, or its recording, says; several where it names a family, none where it names nothing that is
-    /// modelled.
+    /// modelled. Of a recording that says nothing, those whose scans come in such telegrams and no other ones.
     pub fn models(&self) -> Vec<AnyModel> {
         let device = self.events.device();
         let told =
             device.map_or_else(Vec::new, |device| AnyModel::of_device(&device.ident, &device.firmware));
-        self.feed.recorded_model().into_iter().chain(told).collect()
+        let named: Vec<AnyModel> = self.feed.recorded_model().into_iter().chain(told).collect();
+        match self.feed.recorded_kind() {
+            Some(kind) if named.is_empty() => of_kind(kind),
+            _ => named,
+        }
+    }
+
+    /// What became of its settings, where that is not all that was wanted, or not what was found; each note once, over all connections. None of a
+    /// recording.
+    pub fn settings(&self) -> Vec<SettingNote> {
+        self.events.settings()
     }
 
     /// The next scan; `None` at the end of a recording. Telegrams that give no scan, and readings, are counted and passed over.
@@ -226,7 +238,7 @@ impl Scanner {
         LinkCounts {
             connections: self.feed.connections(),
             telegrams_bad: self.feed.frames_bad() + self.faults.total(),
-            segments_lost: self.feed.segments_lost(),
+            segments: self.feed.segments(),
             telegrams_foreign: self.feed.telegrams_foreign(),
             readings: self.readings,
         }
@@ -255,6 +267,16 @@ impl Scanner {
         let feed = live(endpoint, config, &events).await?;
         Ok(Self { feed, events, faults: FaultCounts::default(), readings: ReadingCounts::default() })
     }
+}
+
+/// The models whose scans come in telegrams of this kind alone; none for CoLa, which most of them speak besides.
+fn of_kind(kind: StreamKind) -> Vec<AnyModel> {
+    let sends = |model: &AnyModel| match (kind, model) {
+        (StreamKind::Compact, AnyModel::Cola(model)) => model.compact.is_some(),
+        (StreamKind::Lms2xx, AnyModel::Lms2xx(_)) => true,
+        _ => false,
+    };
+    AnyModel::all().filter(sends).collect()
 }
 
 /// Tells that another scanner sends to the same place.

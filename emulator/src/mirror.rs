@@ -153,7 +153,7 @@ impl MirrorSource {
             !datagrams.is_empty() && datagrams_heard && self.shared.datagrams.is_streaming(&device);
         if device.destination(Stream::Encoder).is_ok() {
             let speed_mm_s = (1e3 * self.world.wheel_speed_m_s(at)) as f32;
-            datagrams.push(device.encoder_telegram(at, self.world.encoder_ticks(at), speed_mm_s));
+            datagrams.push(device.encoder_telegram(at, speed_mm_s));
         }
         if let Some(period) = imu_period.filter(|_| device.destination(Stream::Imu).is_ok()) {
             let (period_ns, next) = (period.as_nanos() as u64, self.turns.after(mirror));

@@ -127,7 +127,8 @@ impl Stage {
                 .with_wind(self.scene.wind, self.scene.seed)
                 .with_eye(self.eye(index, model.into()));
         let unit = self.scene.optics.unit_of(self.scene.seed, index);
-        let mut device = Device::new(model, Identity { unit, ..Identity::of(model, index) });
+        let identity = Identity::of(model, index).of_run(self.scene.seed);
+        let mut device = Device::new(model, Identity { unit, ..identity });
         if self.scene.optics.stages.has(optics::Stage::Echoes) {
             device.set_factory_echo(model.optics.factory_echo);
         }

@@ -202,6 +202,11 @@ impl Counting {
         (self.periods_s > 0.0).then(|| self.periods as f64 / self.periods_s)
     }
 
+    /// Telegrams missing by the counters; none where the device has begun anew: what was missing before and behind that is not known.
+    pub fn all_lost(&self) -> Option<u64> {
+        (self.restarts == 0).then_some(self.lost)
+    }
+
     /// Turns of the mirror of which the scanner made no telegram, beyond its output interval. A virtual scanner leaves turns out where its host is too
     /// slow; its telegrams follow on each other all the same.
     pub fn turns_left_out(&self) -> u64 {
@@ -260,10 +265,13 @@ impl Counting {
         Some(Turn::Late)
     }
 
-    /// The device began anew behind `last`: how long that took is unknown, and a period stands for it.
+    /// The device began anew behind `last`. How long that took the host's clock tells, in whole periods of the device and up to the longest pause; where nobody
+    /// has read one, a period stands for it.
     fn restart(&mut self, scan: &Scan, last: Reading) -> Turn {
         let nominal_s = nominal_period_s(self.nominal_hz(scan));
-        let travel_s = last.travel_s + self.period_s.unwrap_or(nominal_s);
+        let period_s = self.period_s.unwrap_or(nominal_s);
+        let away_s = self.uptime.device_s(scan.received).unwrap_or(0.0).min(MAX_PAUSE_S);
+        let travel_s = last.travel_s + period_s * libm::round(away_s / period_s).max(1.0);
         self.restarts += 1;
         self.period_s = None;
         self.of_turn = 0;

@@ -14,7 +14,9 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 
+use crate::compact::SegmentCounts;
 use crate::frame::{Dialect, FrameCounts};
+use crate::leftover::Leftover;
 use crate::lms2xx::Rate;
 use crate::reading::Reading;
 use crate::scan::Scan;
@@ -57,7 +59,12 @@ pub trait HostSession: fmt::Debug {
 
     /// Parts of scans that were lost on their way, where the scanner sends scans in parts: those scans have beams of which nothing is known.
     fn segments_lost(&self) -> u64 {
-        0
+        self.segments().lost
+    }
+
+    /// What became of the parts of scans, where the scanner sends scans in parts.
+    fn segments(&self) -> SegmentCounts {
+        SegmentCounts::default()
     }
 
     /// Other scanners whose telegrams come in the same stream, and are left out.
@@ -115,6 +122,13 @@ pub enum HostEvent {
         /// What it cannot do, and what follows.
         what: &'static str,
     },
+    /// Another client had left a setting that takes beams, echoes, layers or turns away; it was put right, unless the device refused.
+    Leftover {
+        /// The setting.
+        setting: &'static Leftover,
+        /// Why the device keeps it.
+        refused: Option<Refusal>,
+    },
     /// No answer in time: the wrong dialect or rate, or no device. The session is done. Try the other CoLa dialect over a new connection:
     /// some devices stay silent for the rest of one that began in the wrong dialect.
     NoAnswer {
@@ -142,6 +156,80 @@ pub enum HostEvent {
     Stopped,
 }
 
+/// What became of a device's settings, where that is not all that was wanted. Serves messages and documents alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SettingNote {
+    /// As [`HostEvent::Leftover`].
+    Leftover {
+        /// The setting.
+        setting: &'static Leftover,
+        /// Why the device keeps it.
+        refused: Option<Refusal>,
+    },
+    /// As [`HostEvent::Refused`], where scans come nevertheless.
+    Refused {
+        /// The command: its CoLa name, or the LMS2xx request in words.
+        command: &'static str,
+        /// The device's reason; an LMS2xx gives none.
+        error: Option<Refusal>,
+    },
+    /// As [`HostEvent::Limited`].
+    Limited {
+        /// What it cannot do, and what follows.
+        what: &'static str,
+    },
+}
+
+impl SettingNote {
+    /// What an event says of settings; none of another event, and of a refusal that ends the session.
+    pub fn of(event: &HostEvent) -> Option<Self> {
+        Some(match *event {
+            HostEvent::Leftover { setting, refused } => Self::Leftover { setting, refused },
+            HostEvent::Refused { command, error, fatal: false } => Self::Refused { command, error },
+            HostEvent::Limited { what } => Self::Limited { what },
+            _ => return None,
+        })
+    }
+
+    /// One word to branch on.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Leftover { refused: None, .. } => "setting_restored",
+            Self::Leftover { refused: Some(_), .. } => "setting_kept",
+            Self::Refused { .. } => "setting_refused",
+            Self::Limited { .. } => "scanner_limited",
+        }
+    }
+}
+
+impl fmt::Display for SettingNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Leftover { setting, refused: None } => {
+                write!(
+                    f,
+                    "{}: another client had left it so; that is undone for this run, and stored settings stay",
+                    setting.found
+                )
+            }
+            Self::Leftover { setting, refused: Some(error) } => write!(
+                f,
+                "{}: another client had left it so, and the scanner refused to have it undone ({error}), so what is measured is wrong by it; undo it with \
+                 the maker's software",
+                setting.found
+            ),
+            Self::Refused { command, error: None } => {
+                write!(f, "it refused: {command}; it keeps its own setting")
+            }
+            Self::Refused { command, error: Some(error) } => {
+                write!(f, "it refused `{command}` ({error}) and keeps its own setting")
+            }
+            Self::Limited { what } => f.write_str(what),
+        }
+    }
+}
+
 /// Why a device refused a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -152,6 +240,18 @@ pub enum Refusal {
     Rest {
         /// `header.status` of the answer; none where the answer has none.
         status: Option<u64>,
+        /// The code of HTTP.
+        http: u16,
+    },
+    /// By REST: the method was called, and failed.
+    Method {
+        /// Its `ErrorCode`.
+        code: u64,
+    },
+    /// By no REST of a scanner: what answers speaks HTTP, and no JSON.
+    NotJson {
+        /// A page of HTML.
+        is_html: bool,
         /// The code of HTTP.
         http: u16,
     },
@@ -179,6 +279,10 @@ impl fmt::Display for Refusal {
             Self::Cola(error) => error.fmt(f),
             Self::Rest { status: Some(status), http } => write!(f, "status {status}, HTTP {http}"),
             Self::Rest { status: None, http } => write!(f, "HTTP {http}"),
+            Self::Method { code } => write!(f, "error code {code}"),
+            Self::NotJson { is_html, http } => {
+                write!(f, "found {}, HTTP {http}", if *is_html { "HTML" } else { "no JSON" })
+            }
             Self::TooMany { http } => write!(f, "too many requests, HTTP {http}"),
             Self::StaleNonce { http } => write!(f, "invalid challenge, HTTP {http}"),
         }

@@ -81,6 +81,8 @@ pub mod frame;
 #[cfg(feature = "telegrams")]
 pub mod host;
 #[cfg(feature = "telegrams")]
+pub mod leftover;
+#[cfg(feature = "telegrams")]
 pub mod lms2xx;
 #[cfg(feature = "telegrams")]
 pub mod model;

@@ -28,6 +28,13 @@ impl Uptime {
         Some(received?.saturating_sub(self.last?).as_secs_f64())
     }
 
+    /// The same in the device's time, as the two went together before: seconds of a device that runs slower or faster than its host.
+    pub(crate) fn device_s(&self, received: Option<Duration>) -> Option<f64> {
+        let is_paced = self.device_s > 0.0 && self.host_s > 0.0;
+        let pace = if is_paced { self.host_s / self.device_s } else { 1.0 };
+        self.passed_s(received).map(|host_s| host_s / pace)
+    }
+
     /// True if the device was off since the last telegram: by its clock so many seconds have passed, which are too few. A telegram that is the next one
     /// cannot tell that: it may have waited on its way.
     pub(crate) fn is_too_short(&self, received: Option<Duration>, device_s: f64) -> bool {

@@ -111,6 +111,17 @@ pub enum ScanFault {
         /// The last beam.
         stop_deg: f64,
     },
+    /// A part of it came twice, and said two things.
+    #[error(
+        "segment {segment} of turn {turn} came twice with different contents: two scanners with one serial number send here, or something on the way changes \
+         datagrams; expected a UDP port for each scanner (?udp=PORT), and a serial number (emulate --serial-number)"
+    )]
+    Contradicted {
+        /// The part.
+        segment: u64,
+        /// Its turn.
+        turn: u64,
+    },
 }
 
 /// The smallest scale factor believed; the devices known send 0.1 to 2.
@@ -135,6 +146,7 @@ impl ScanFault {
             Self::AngularStep => "angular_step",
             Self::NoBeams => "no_beams",
             Self::Field { .. } => "field",
+            Self::Contradicted { .. } => "contradicted",
         }
     }
 }

@@ -221,9 +221,10 @@ async fn follow(
         tokio::task::coop::consume_budget().await;
     };
     let mut found = pipeline.finish();
-    let (broken_off, models) = (scanner.broken_off(), scanner.models());
+    let (broken_off, models, settings) = (scanner.broken_off(), scanner.models(), scanner.settings());
     let heard = scanner.stop(wait::STOP_TIMEOUT).await;
-    found.heard_over(heard.telegrams_bad, heard.segments_lost);
+    found.heard_over(heard.telegrams_bad, heard.segments);
+    found.set_up(settings);
     if let Some(place) = broken_off {
         found.broken_off(place);
     }

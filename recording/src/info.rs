@@ -1,6 +1,6 @@
 //! What a recording holds: streams, rates, gaps, and how the device's clock runs against the host's.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use rowscan_protocol::counting::{Counting, Link, Turn};
 use rowscan_protocol::host::{HostEvent, OtherSender};
@@ -14,6 +14,9 @@ use crate::{Joint, Packet, ReadError, Recording, ScanReader, Side, StreamInfo, S
 
 /// Longer without a scan is an outage.
 const OUTAGE_NS: u64 = 1_000_000_000;
+
+/// Scans that may overtake one that is late.
+const MAX_OVERTAKING: usize = 64;
 
 /// A clock's drift is told where two standard errors of it are no more than this, parts per million: what quartz clocks differ by.
 pub const MAX_DRIFT_ERROR_PPM: f64 = 50.0;
@@ -43,12 +46,16 @@ pub struct StreamReport {
     pub scans: u64,
     /// Telegrams that came again.
     pub scans_repeated: u64,
-    /// Gaps in their counters.
-    pub scans_lost: u64,
+    /// Gaps in their counters; unknown where the scanner has begun to count anew.
+    pub scans_lost: Option<u64>,
     /// Telegrams that came behind later ones: neither lost nor a part of what is measured.
     pub scans_late: u64,
     /// Parts of scans that did not come, where scans come in parts (Compact); absent elsewhere.
     pub segments_lost: Option<u64>,
+    /// Parts of scans that came again unchanged; they cost nothing.
+    pub segments_doubled: Option<u64>,
+    /// Parts of scans that came twice with different contents: neither is believed, and their scans are left out.
+    pub segments_contradicting: Option<u64>,
     /// Other scanners whose telegrams are in the stream, and their number; none of them is among the counts of scans.
     pub other_scanners: Vec<OtherSender>,
     /// Times the device began to count anew.
@@ -112,11 +119,54 @@ struct StreamAccount {
 }
 
 /// Intervals between scans, by the device's clock.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Intervals {
     count: u64,
     total_s: f64,
     last_s: f64,
+    /// When the earliest scan since the device began to count was measured, by its clock, µs.
+    first_us: Option<u32>,
+    /// When the latest scans were, those that may be overtaken.
+    latest_us: VecDeque<u32>,
+}
+
+impl Intervals {
+    /// A scan that follows on the one before it.
+    fn line(&mut self, time_us: u32, travel_s: f64, link: Link) {
+        match link {
+            // Lines of one turn have no time between them.
+            Link::Steps(0) => {}
+            Link::Steps(1..) => {
+                self.count += 1;
+                self.total_s += travel_s - self.last_s;
+            }
+            Link::First | Link::Broken => {
+                self.first_us = Some(time_us);
+                self.latest_us.clear();
+            }
+        }
+        self.last_s = travel_s;
+        self.note(time_us);
+    }
+
+    /// One that others have overtaken: two intervals are where one was, but of a line whose turn has come already.
+    fn late(&mut self, time_us: u32) {
+        if self.latest_us.contains(&time_us) {
+            return;
+        }
+        self.note(time_us);
+        self.count += 1;
+        let before_us = self.first_us.map(|first_us| first_us.wrapping_sub(time_us) as i32);
+        if let Some(before_us @ 1..) = before_us {
+            self.first_us = Some(time_us);
+            self.total_s += f64::from(before_us) * 1e-6;
+        }
+    }
+
+    fn note(&mut self, time_us: u32) {
+        self.latest_us.truncate(MAX_OVERTAKING - 1);
+        self.latest_us.push_front(time_us);
+    }
 }
 
 impl StreamAccount {
@@ -174,13 +224,12 @@ impl StreamAccount {
 
     fn scan(&mut self, scan: &Scan, at_ns: Option<u64>) {
         // One counter for this and for estimates, so that both tell the same.
-        let Turn::Line { travel_s, link } = self.counting.observe(scan) else { return };
-        // Lines of one turn have no time between them.
-        if let Link::Steps(1..) = link {
-            self.intervals.count += 1;
-            self.intervals.total_s += travel_s - self.intervals.last_s;
-        }
-        self.intervals.last_s = travel_s;
+        let (travel_s, link) = match self.counting.observe(scan) {
+            Turn::Line { travel_s, link } => (travel_s, link),
+            Turn::Late => return self.intervals.late(scan.scan_time_us),
+            Turn::Repeated => return,
+        };
+        self.intervals.line(scan.scan_time_us, travel_s, link);
         let Some(at_ns) = at_ns else { return };
         if let Some(last_ns) = self.last_scan_ns {
             let gap_ns = at_ns.saturating_sub(last_ns);
@@ -200,15 +249,16 @@ impl StreamAccount {
         // Telegrams behind one that claims more bytes than there are.
         self.read(self.last_ns, ScanReader::finish);
         let seconds = |from: Option<u64>, to: Option<u64>| Some(to?.saturating_sub(from?) as f64 * 1e-9);
-        let Counting { scans, repeated, late, lost, restarts, untimed, .. } = self.counting;
+        let Counting { scans, repeated, late, restarts, untimed, .. } = self.counting;
         let other_scanners =
             self.reader.as_ref().map_or_else(Vec::new, |reader| reader.other_senders().to_vec());
+        let reader = self.reader.as_ref().filter(|_| self.kind == StreamKind::Compact);
+        let segments = reader.map(ScanReader::segments);
         let rate = |intervals: u64, span_s: f64| (span_s > 0.0).then(|| intervals as f64 / span_s);
         let is_timed = untimed == 0;
         let by_device = is_timed.then(|| rate(self.intervals.count, self.intervals.total_s)).flatten();
-        let by_host = || {
-            rate(scans.saturating_sub(repeated + late + 1), seconds(self.first_scan_ns, self.last_scan_ns)?)
-        };
+        let by_host =
+            || rate(scans.saturating_sub(repeated + 1), seconds(self.first_scan_ns, self.last_scan_ns)?);
         let [packets_from_device, packets_to_device] = self.packets;
         StreamReport {
             stream: stream.name.clone(),
@@ -222,14 +272,12 @@ impl StreamAccount {
             packets_lost: self.packets_lost,
             scans,
             scans_repeated: repeated,
-            scans_lost: lost,
+            scans_lost: self.counting.all_lost(),
             scans_late: late,
             other_scanners,
-            segments_lost: self
-                .reader
-                .as_ref()
-                .filter(|_| self.kind == StreamKind::Compact)
-                .map(ScanReader::segments_lost),
+            segments_lost: segments.map(|segments| segments.lost),
+            segments_doubled: segments.map(|segments| segments.doubled()),
+            segments_contradicting: segments.map(|segments| segments.contradicted),
             restarts,
             outages: self.outages,
             telegrams_bad: self.reader.map_or(0, |reader| reader.counts().bad) + self.malformed,
@@ -310,7 +358,7 @@ mod tests {
             hear(i, u32::from(i) * 20_000, if i == 0 { 8000 } else { 20 });
         }
         let report = account.report(&StreamInfo::new("scanner", StreamKind::Cola), Some(0));
-        assert_eq!((report.scans, report.scans_repeated, report.scans_lost), (150, 50, 0));
+        assert_eq!((report.scans, report.scans_repeated, report.scans_lost), (150, 50, None));
         assert_eq!((report.restarts, report.outages), (1, 1));
         assert!((report.scan_rate_device_hz.unwrap() - 50.0).abs() < 1e-6);
         assert!(report.clock_drift_ppm.unwrap().abs() < 1e-3, "{report:?}");
@@ -341,6 +389,41 @@ mod tests {
             assert!((rate - 15.0).abs() < 1e-3, "{scans} scans: {rate}");
         }
         assert_eq!(heard(1, 0.0, 0.003).scan_rate_hz, None);
+    }
+
+    /// Late ones have come, too: the rate does not depend on the order.
+    #[test]
+    fn scans_that_come_late_are_among_those_that_came() {
+        // Of one layer, and of four that are measured one after the other.
+        for layers in [1_u32, 4] {
+            for (behind, of) in [(1, 5), (2, 7), (3, 16), (4, 9)] {
+                let mut order: Vec<u32> = (0..300).collect();
+                // The first one as well.
+                (0..order.len() - behind)
+                    .step_by(of)
+                    .for_each(|from| order[from..=from + behind].rotate_left(1));
+                let mut account = StreamAccount::new(StreamKind::Cola);
+                for number in order {
+                    account.scan(
+                        &Scan {
+                            telegram_counter: number as u16,
+                            scan_counter: (number / layers) as u16,
+                            layer_centideg: (number % layers) as i16 * 250,
+                            scan_time_us: number * 20_000,
+                            scan_frequency_hz: 50.0,
+                            ..Scan::default()
+                        },
+                        None,
+                    );
+                }
+                let report = account.report(&StreamInfo::new("scanner", StreamKind::Cola), None);
+                assert!(report.scans_late > 10 && report.scans_lost == Some(0), "{report:?}");
+                assert!(
+                    (report.scan_rate_hz.unwrap() - 50.0).abs() < 1e-6,
+                    "{layers}, {behind} of {of}: {report:?}"
+                );
+            }
+        }
     }
 
     #[test]

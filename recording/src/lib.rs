@@ -31,6 +31,8 @@ mod contents;
 #[cfg(feature = "files")]
 mod copy;
 #[cfg(feature = "files")]
+mod describer;
+#[cfg(feature = "files")]
 mod error;
 #[cfg(feature = "files")]
 mod finder;
@@ -76,6 +78,8 @@ mod writer;
 pub use contents::contents;
 #[cfg(feature = "files")]
 pub use copy::{Copied, CopyError, copy};
+#[cfg(feature = "files")]
+pub use describer::Describer;
 #[cfg(feature = "files")]
 pub use error::RecordError;
 #[cfg(feature = "files")]

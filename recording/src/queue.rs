@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::tap::{Tap, Taps};
 use crate::wall_clock::WallClock;
+use crate::writer::About;
 use crate::{Side, StreamKind};
 
 /// Packets that may wait for the writer; at 50 Hz twenty seconds of one scanner.
@@ -15,6 +16,7 @@ const ROOM: usize = 1024;
 #[derive(Debug)]
 pub(crate) enum Item {
     Open { stream: u32, name: String, kind: StreamKind },
+    About(Box<About>),
     Packet { stream: u32, from: Side, at_ns: u64, lost_before: u32, bytes: Vec<u8> },
 }
 
@@ -56,6 +58,14 @@ impl Queue {
     /// Nothing more is queued: what comes now comes after the recording, and is not lost.
     pub(crate) fn close(&self) {
         self.items().take();
+    }
+
+    /// What the recording says of itself from here on. A recorder that has ended says no more.
+    pub(crate) fn describe(&self, about: About) {
+        if let Some(items) = self.items().as_ref() {
+            // It has failed, and that was told.
+            let _ = items.send(Item::About(Box::new(about)));
+        }
     }
 
     /// Packets lost so far.

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use rowscan_files::{NewFile, OutputFile};
 
+use crate::describer::Describer;
 use crate::queue::{Item, Queue};
 use crate::tap::Taps;
 use crate::wall_clock::WallClock;
@@ -47,6 +48,7 @@ pub struct Recorded {
 #[derive(Debug)]
 pub struct Recorder {
     queue: Arc<Queue>,
+    describer: Describer,
     path: PathBuf,
     new_file: NewFile,
     thread: JoinHandle<Result<Recorded, RecordError>>,
@@ -88,12 +90,18 @@ impl Recorder {
                 }
             })
             .map_err(|cause| RecordError::Create { path: path.clone(), cause })?;
-        Ok(Self { queue, path, new_file, thread })
+        let describer = Describer::new(Arc::clone(&queue), about);
+        Ok(Self { queue, describer, path, new_file, thread })
     }
 
     /// Opens its taps.
     pub fn taps(&self) -> Taps {
         self.queue.taps()
+    }
+
+    /// Tells it what is found out meanwhile.
+    pub fn describer(&self) -> Describer {
+        self.describer.clone()
     }
 
     /// The file, to be taken back after [`finish`](Self::finish) if nothing came.
@@ -159,6 +167,7 @@ impl WriterThread {
             Item::Open { stream, name, kind } => {
                 self.streams.insert(stream, self.writer.add_stream(&name, kind)?);
             }
+            Item::About(about) => self.writer.describe(&about)?,
             Item::Packet { stream, from, at_ns, lost_before, bytes } => {
                 if let Some(&stream) = self.streams.get(&stream) {
                     self.writer.write(stream, from, at_ns, lost_before, &bytes)?;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use rowscan_protocol::client::ColaClient;
-use rowscan_protocol::compact::CompactListener;
+use rowscan_protocol::compact::{CompactListener, SegmentCounts};
 use rowscan_protocol::frame::FrameCounts;
 use rowscan_protocol::host::{HostEvent, HostSession, OtherSender};
 use rowscan_protocol::lms2xx::client::Lms2xxClient;
@@ -75,9 +75,9 @@ impl ScanReader {
         self.0.scan()
     }
 
-    /// Parts of scans that were lost on their way.
-    pub fn segments_lost(&self) -> u64 {
-        self.0.segments_lost()
+    /// What became of the parts of scans, where scans come in parts.
+    pub fn segments(&self) -> SegmentCounts {
+        self.0.segments()
     }
 
     /// The number of the turn that had begun when its parts ended, and gave no scan.

@@ -313,10 +313,16 @@ impl<W: Write + Seek> McapWriter<W> {
             Language::Ros2 => "ros2",
         };
         let options = options.compression(None).profile(profile).library(program);
-        let mut writer = Writer::with_options(out, options).map_err(plain)?;
+        let writer = Writer::with_options(out, options).map_err(plain)?;
+        let mut begun = Self { writer, decoded, streams: Vec::new(), schemas: BTreeMap::new() };
+        begun.describe(about)?;
+        Ok(begun)
+    }
+
+    /// Says what the recording is of, in place of what was said before.
+    pub fn describe(&mut self, about: &About) -> io::Result<()> {
         let about = Metadata { name: ABOUT.to_owned(), metadata: about.entries() };
-        writer.write_metadata(&about).map_err(plain)?;
-        Ok(Self { writer, decoded, streams: Vec::new(), schemas: BTreeMap::new() })
+        self.writer.write_metadata(&about).map_err(plain)
     }
 
     /// Adds a stream; its channels stand in the file from here on.

@@ -77,7 +77,7 @@ fn scans_of_a_foreign_bag_are_a_recording() {
     writer.finish().unwrap();
     let mut recording = Recording::read(Box::new(Cursor::new(writer.into_inner().into_inner()))).unwrap();
     let [report] = &account(&mut recording).unwrap()[..] else { panic!("one stream") };
-    assert_eq!((report.stream.as_str(), report.scans, report.scans_lost), ("front/scan", 6, 0));
+    assert_eq!((report.stream.as_str(), report.scans, report.scans_lost), ("front/scan", 6, Some(0)));
     assert_eq!((report.packets_lost, report.telegrams_bad), (0, 0));
 }
 

@@ -252,7 +252,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     }
     let mut found = pipeline.finish();
     let heard = scanner.stop(STOP_TIMEOUT).await;
-    found.heard_over(heard.telegrams_bad, heard.segments_lost);
+    found.heard_over(heard.telegrams_bad, heard.segments);
     drop(telling);
     ended?;
 
@@ -447,7 +447,7 @@ fn facts(outcomes: &Outcomes) -> String {
         ends(estimate.leaf.sampling_error_m2),
         estimate.scans,
         outcomes.scans_sent,
-        estimate.scans_lost,
+        estimate.scans_lost.map_or_else(|| "unknown".to_owned(), |lost| lost.to_string()),
         estimate.scans_repeated,
         ms(outcomes.latency_p50_ms),
         ms(outcomes.latency_p99_ms),

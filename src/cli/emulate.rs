@@ -56,6 +56,9 @@ pub(super) struct Args {
     /// Answer SICK's device search at this UDP address, such as 127.0.0.1:30718; repeatable, in the order of the scanners. The form is not verified (docs/device.md)
     #[arg(long, value_name = "ADDR")]
     search: Vec<String>,
+    /// Its serial number, which its telegrams hold; repeatable, in the order of the scanners; an LMS2xx tells none [default: by model, scanner and seed]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    serial_number: Vec<u32>,
     /// Simulated seconds a second, or `max`: as fast as the clients take it; at most 64 KiB and two telegrams a client wait to be sent, and what the
     /// client's own system buffers comes on top [default: 1]
     #[arg(long, value_name = "K")]
@@ -241,6 +244,13 @@ impl Args {
                 fitted.len()
             )));
         }
+        if self.serial_number.len() > fitted.len() {
+            return Err(Failure::Usage(format!(
+                "expected one --serial-number for a scanner at most, found {} for {}",
+                self.serial_number.len(),
+                fitted.len()
+            )));
+        }
         self.check(&fitted)?;
         Ok(fitted)
     }
@@ -258,6 +268,7 @@ impl Args {
             if is_serial {
                 device = self.line.over(device)?;
             }
+            device.serial_number = self.serial_number.get(place).copied();
             let before = fitted.iter().take(place).filter(|other| other.model.lms2xx().is_none()).count();
             Ok(ScannerSpec {
                 endpoints: if is_serial { self.one_line() } else { self.endpoints(before, several) },

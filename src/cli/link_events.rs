@@ -63,13 +63,7 @@ fn tell(name: Option<&str>, taken_for: Option<AnyModel>, event: &LinkEvent) {
                 say(format_args!("{other}"));
             }
         }
-        LinkEvent::Refused { command, error: None } => {
-            say(format_args!("the scanner refused: {command}; it keeps its own setting"));
-        }
-        LinkEvent::Refused { command, error: Some(error) } => {
-            say(format_args!("the scanner refused `{command}` ({error}) and keeps its own setting"));
-        }
-        LinkEvent::Limited { what } => say(format_args!("the scanner: {what}")),
+        LinkEvent::Setting(note) => say(format_args!("the scanner: {note}")),
         LinkEvent::Malformed { fault } => {
             say(format_args!("a scan telegram gives no scan: {fault}; more of this kind are counted"));
         }

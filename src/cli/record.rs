@@ -16,7 +16,7 @@ use super::link_events::LinkTeller;
 use super::link_options::{Prefer, STOP_TIMEOUT, stream_kind};
 use super::named::Named;
 use super::output::{self, say};
-use super::recorder::{self, DecodedArgs};
+use super::recorder::{self, DecodedArgs, ModelTeller};
 use super::recording_file::{no_stream, open_stream, tell_damage, unreadable};
 use super::repair;
 use super::tractor_outputs::open_bus;
@@ -133,7 +133,8 @@ async fn live(
     let mut scanners = JoinSet::new();
     for named in &args.sources {
         let config = DriverConfig { wait: args.wait, prefer: args.prefer.into(), ..DriverConfig::default() };
-        scanners.spawn(task(follow(named.clone(), config, taping.taps(), limits)));
+        let models = taping.models(args.sources.len());
+        scanners.spawn(task(follow(named.clone(), config, (taping.taps(), models), limits)));
     }
     if args.sources.is_empty() {
         scanners.spawn(task(limits.pass()));
@@ -246,7 +247,7 @@ impl Limits {
 async fn follow(
     named: Named<Source>,
     config: DriverConfig,
-    taps: Taps,
+    (taps, models): (Taps, ModelTeller),
     limits: Limits,
 ) -> Result<(), Failure> {
     let name = named.name.clone().unwrap_or_else(|| match &named.it {
@@ -256,6 +257,7 @@ async fn follow(
     });
     let config = DriverConfig { tap: taps.open(&name, stream_kind(&named.it)), ..config };
     let mut scanner = Scanner::open(&named.it, config).await?;
+    models.tell(&name, &scanner.models());
     let _telling = LinkTeller::start(&scanner, named.name.clone(), None);
     let watch = Stopwatch::start();
     let mut scans = 0;

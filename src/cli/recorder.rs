@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::Rig;
 use rowscan_recording::foxglove::Language;
-use rowscan_recording::{About, Decoded, Recorded, Recorder, RecorderOptions, Taps, WallClock};
+use rowscan_recording::{About, Decoded, Describer, Recorded, Recorder, RecorderOptions, Taps, WallClock};
 use rowscan_scenes::files;
 use tokio::sync::Notify;
 
@@ -124,6 +125,11 @@ impl Taping {
         self.0.as_ref().map_or_else(Taps::default, |running| running.recorder.taps())
     }
 
+    /// Tells the recording of which models its scanners are; nothing if nothing records.
+    pub(super) fn models(&self, scanners: usize) -> ModelTeller {
+        ModelTeller { describer: self.0.as_ref().map(|running| running.recorder.describer()), scanners }
+    }
+
     /// Resolves once writing has failed. Cancel safe.
     pub(super) async fn failed(&self) {
         match &self.0 {
@@ -170,6 +176,22 @@ impl Drop for Taping {
             Ok(recorded) => tell(&path, &recorded),
             // It was told when it happened.
             Err(_) => {}
+        }
+    }
+}
+
+/// Tells a recording of which models its scanners are, as they say themselves.
+#[derive(Clone, Debug)]
+pub(super) struct ModelTeller {
+    describer: Option<Describer>,
+    scanners: usize,
+}
+
+impl ModelTeller {
+    /// The scanner of this stream can be any of these models. Where they are several, it is not known which.
+    pub(super) fn tell(&self, stream: &str, models: &[AnyModel]) {
+        if let (Some(describer), [model]) = (&self.describer, models) {
+            describer.of_model(stream, model.name(), self.scanners);
         }
     }
 }

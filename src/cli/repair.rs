@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
+use rowscan_driver::Source;
 use rowscan_files::{OutputFile, is_standard_output};
 use rowscan_recording::{About, Copied, CopyError, Format, Recorded, copy, repair};
 
@@ -41,6 +42,9 @@ pub(super) fn convert(
 ) -> Result<Outcome, Failure> {
     let recording = open_stream(file, stream)?;
     let format = recording.format();
+    // It may say so only behind its first packets.
+    let ahead = Source::Recording { path: file.to_owned(), stream: None }.peek();
+    let about = ahead.map_or_else(About::default, |ahead| ahead.about().clone()).or(about);
     refuse_to_overwrite(output)?;
     let about = About { source: Some(file.display().to_string()), ..about };
     let mut out = BufWriter::new(OutputFile::create(output).map_err(|cause| unwritable(output, cause))?);

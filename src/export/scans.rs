@@ -113,8 +113,12 @@ fn title(scan: &Scan, model: Option<AnyModel>) -> String {
 #[cfg(test)]
 mod tests {
     use std::io::Cursor;
+    use std::time::Duration;
 
+    use rowscan_protocol::host::HostEvent;
+    use rowscan_protocol::random::{Rng, Stream};
     use rowscan_protocol::scan::Echo;
+    use rowscan_recording::{FrameReader, Recording, ScanReader, StreamKind};
 
     use super::*;
     use crate::export::TableFormat;
@@ -123,6 +127,7 @@ mod tests {
     fn written(range_m: &[f64], format: TableFormat) -> Result<Vec<u8>, ExportError> {
         let scan = Scan {
             beams: BeamGrid::spanning(0, 10_000, 5_000),
+            scan_frequency_hz: 50.0,
             echoes: vec![Echo { range_m: range_m.to_vec(), ..Echo::default() }],
             ..Scan::default()
         };
@@ -135,6 +140,37 @@ mod tests {
         }
         failed?;
         Ok(writer.finish()?.into_inner())
+    }
+
+    /// A table of scans is read again as the scans that it was made of, to the millimetre.
+    #[test]
+    fn a_table_is_read_as_what_was_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("scans.csv");
+        let mut random = Stream::keyed(1, &[7]);
+        for _ in 0..50 {
+            let mut range = || match random.next_u64() % 4 {
+                0 => NO_ECHO,
+                1 => DAZZLED,
+                // Values below 16 are no ranges in a telegram.
+                _ => (50.0 + random.unit() * 60_000.0).round() / 1000.0,
+            };
+            let sent = [range(), range(), range()];
+            std::fs::write(&file, written(&sent, TableFormat::Csv).expect("text")).expect("kept");
+            let mut frames = FrameReader::new(Recording::open(&file).expect("it opens"));
+            let mut reader = ScanReader::new(StreamKind::Cola, 64 * 1024).expect("a scanner's");
+            while let Some(frame) = frames.next_frame().expect("it reads") {
+                reader.push_bytes(Duration::ZERO, &frame.bytes);
+            }
+            reader.finish();
+            assert_eq!(reader.next_event(), Some(HostEvent::Scan), "{sent:?}");
+            for (sent, found) in sent.iter().zip(&reader.scan().echoes[0].range_m) {
+                assert!(
+                    sent == found || sent.is_nan() && found.is_nan() || (sent - found).abs() < 1e-6,
+                    "{sent} {found}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -115,6 +115,7 @@ impl AreasStudy {
             echo_rule: EchoRule::First,
             optics: rig.optics.into(),
             distance_m: mount.map(|mount| mount.distance_m),
+            line_spacing_m: None,
             canopy: CanopyClass::default(),
         }
     }

@@ -25,6 +25,8 @@ pub mod journal;
 pub mod physics;
 pub mod pieces;
 pub mod reading;
+#[cfg(test)]
+mod reading_witness;
 pub mod recorded;
 pub mod resolution;
 pub mod row_scan;

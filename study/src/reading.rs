@@ -79,8 +79,6 @@ impl Reading {
         calibration: CalibrationChoice<'_>,
         live: bool,
     ) -> Result<Self, ReadingError> {
-        let counting = rig.map(|rig| with_encoder_of_model(rig, scanner));
-        let rig = counting.as_ref();
         let mount = rig.and_then(|rig| rig.scanners.get(scanner));
         let of_rig = rig.and_then(|rig| rig.calibration.as_deref());
         let calibration = match (calibration, of_rig, mount) {
@@ -91,7 +89,8 @@ impl Reading {
             }
             (CalibrationChoice::OfRig, ..) => None,
         };
-        let ticks = rig.filter(|_| encoder).and_then(|rig| rig.encoder_ticks_per_m);
+        let asked = rig.filter(|rig| encoder && tells_ticks(rig, scanner));
+        let ticks = asked.and_then(|rig| rig.encoder_ticks_per_m);
         Ok(Self {
             cola: ColaConfig {
                 scan_mode: scan_mode(rig, scanner),
@@ -114,11 +113,10 @@ impl Reading {
     }
 }
 
-/// The rig as this scanner can read it: a model that counts no encoder is asked for none, and none is missing in its scans.
-fn with_encoder_of_model(rig: &Rig, scanner: usize) -> Rig {
+/// Whether this scanner's model tells what an encoder counts: one that does not is not asked for it. One that is not known may.
+fn tells_ticks(rig: &Rig, scanner: usize) -> bool {
     let model = rig.scanners.get(scanner).and_then(|mount| AnyModel::by_name(&mount.model));
-    let counts = model.is_none_or(|model| matches!(model, AnyModel::Cola(model) if model.tells_ticks()));
-    Rig { encoder_ticks_per_m: rig.encoder_ticks_per_m.filter(|_| counts), ..rig.clone() }
+    model.is_none_or(AnyModel::tells_ticks)
 }
 
 /// The rig with `model` on its mount number `scanner`.
@@ -162,11 +160,14 @@ pub fn reading_remission(rig: &Rig, scanner: usize) -> Option<Rig> {
 /// # Errors
 /// Remission that cannot be read as the rig says.
 pub fn parameters(rig: &Rig, mount: &Mount, live: bool) -> Result<Parameters, PipelineError> {
+    let sampling = sampling(rig, mount);
     let (edge_m, by) =
-        rig.voxel_edge_m.map_or_else(|| sampling(rig, mount).voxel_edge(), |edge_m| (edge_m, EdgeBy::Given));
+        rig.voxel_edge_m.map_or_else(|| sampling.voxel_edge(), |edge_m| (edge_m, EdgeBy::Given));
+    let line_spacing_m = sampling.spacing_m.map(|[_, lines_m]| lines_m);
     let remission = remission(leaves(rig), mount)?;
     let footprint = footprint(rig, mount, live);
-    Ok(Parameters { footprint, remission, ..Parameters::default() }.with_voxel_edge(edge_m, by))
+    Ok(Parameters { footprint, remission, line_spacing_m, ..Parameters::default() }
+        .with_voxel_edge(edge_m, by))
 }
 
 /// The leaves that the rig says are scanned.
@@ -254,18 +255,34 @@ fn scan_mode(rig: Option<&Rig>, scanner: usize) -> Option<ScanMode> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rowscan_canopy::Warning;
+    use rowscan_protocol::angle::BeamGrid;
+    use rowscan_protocol::scan::{Echo, Scan};
 
     #[test]
-    fn an_encoder_is_asked_of_the_models_that_count_one() {
+    fn an_encoder_is_asked_of_the_models_that_count_one_and_missing_in_the_scans_of_all() {
         for model in AnyModel::all() {
             let mount = Mount { model: model.name().to_owned(), ..Mount::default() };
             let rig = Rig { scanners: vec![mount], encoder_ticks_per_m: Some(1000.0), ..Rig::default() };
             let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(None)).unwrap();
             let counts = matches!(model, AnyModel::Cola(model) if model.tells_ticks());
             assert_eq!(reading.cola.encoder_ticks_per_m, counts.then_some(1000), "{}", model.name());
-            // Nor is one missing in the scans of the others.
-            let read = with_encoder_of_model(&rig, 0).encoder_ticks_per_m;
-            assert_eq!(read, counts.then_some(1000.0), "{}", model.name());
+            // Where its scans have no reading, the rig's speed is taken, and that is told.
+            let mut pipeline = reading.pipeline;
+            let beams = BeamGrid::spanning(0, 1_800_000, 10_000);
+            let echoes = vec![Echo { range_m: vec![1.8; beams.len()], remission: Vec::new() }];
+            let mut scan = Scan { scan_frequency_hz: 15.0, beams, echoes, ..Scan::default() };
+            for _ in 0..60 {
+                scan.telegram_counter = scan.telegram_counter.wrapping_add(1);
+                scan.scan_time_us = scan.scan_time_us.wrapping_add(66_667);
+                pipeline.push(&scan);
+            }
+            let told = pipeline.finish().warnings;
+            let found = told.iter().find_map(|warning| match warning {
+                Warning::ConstantSpeed { scans, has_encoder, .. } => Some((*scans, *has_encoder)),
+                _ => None,
+            });
+            assert_eq!(found, Some((60, counts)), "{}: {told:?}", model.name());
         }
     }
 }

@@ -67,6 +67,22 @@ pub fn scene_with(
     Ok(changed)
 }
 
+/// Refuses keys of scanners that a study does not look through: they would change nothing, and read as without effect.
+///
+/// # Errors
+/// A key of `rig.scanner[n]` with n above 0.
+pub(super) fn of_first_scanner<'a>(keys: impl IntoIterator<Item = &'a str>) -> Result<(), String> {
+    for key in keys {
+        let number = key.strip_prefix("rig.scanner[").and_then(|rest| rest.split_once(']'));
+        if number.is_some_and(|(number, _)| number.parse().is_ok_and(|number: usize| number > 0)) {
+            return Err(format!(
+                "key `{key}`: expected keys of `rig.scanner[0]`, through which this study looks; make that scanner the rig's first"
+            ));
+        }
+    }
+    Ok(())
+}
+
 fn put(table: &mut Table, path: &[&str], value: &Value) -> Result<(), String> {
     let Some((first, rest)) = path.split_first() else { return Ok(()) };
     let (name, number) = match first.strip_suffix(']').and_then(|text| text.split_once('[')) {
@@ -246,5 +262,15 @@ mod tests {
         }
         let why = refused("rig.scanner.distance_m", Value::Float(-1.0));
         assert!(why.contains("positive"), "{why}");
+    }
+
+    #[test]
+    fn scanners_that_a_study_does_not_look_through_are_refused_by_number() {
+        for key in ["rig.scanner[1].height_m", "rig.scanner[12].model"] {
+            let why = of_first_scanner(["rig.speed_m_s", key]).expect_err(key);
+            assert!(why.contains(key) && why.contains("rig.scanner[0]"), "{why}");
+        }
+        let first = ["rig.scanner[0].height_m", "rig.scanner.height_m", "orchard.trees", "rig.scanner[x].y"];
+        assert_eq!(of_first_scanner(first), Ok(()));
     }
 }

@@ -107,7 +107,7 @@ fn an_hour_at_standstill_adds_nothing_and_nothing_drifts() {
     };
     let (without, with) = (estimate(0), estimate(HOUR_S));
     assert_eq!(with.scans, (2 + HOUR_S) * RATE);
-    assert_eq!((with.scans_repeated, with.scans_lost), (0, 0));
+    assert_eq!((with.scans_repeated, with.scans_lost), (0, Some(0)));
     let (before_m2, after_m2) =
         (without.impacted_total_area_m2.unwrap(), with.impacted_total_area_m2.unwrap());
     assert!((after_m2 - before_m2).abs() < 1e-9 * before_m2, "{before_m2} {after_m2}");

@@ -60,6 +60,7 @@ reasons! {
     NoWitness = 18, "no_witness", "the calibration does not say how shares of spots and contact agree";
     CardTooShort = 19, "card_too_short", "the card was measured at too few ranges";
     CardLaw = 20, "card_law", "other cards refute that remission goes by the logarithm of power";
+    EncoderStuck = 21, "encoder_stuck", "the encoder stood while scans changed as they do when the tractor drives";
 }
 
 impl fmt::Display for Withheld {

@@ -5,7 +5,8 @@ mod blocks;
 
 use serde::Serialize;
 
-use crate::class::{Compared, Standing};
+use crate::class::{ClassKey, Compared, Standing};
+use crate::leaf::Count;
 
 pub use between_class::{BetweenClass, between_class};
 pub(crate) use blocks::relative_sd;
@@ -51,6 +52,8 @@ pub fn interval(value: f64, relative_sd: f64) -> [f64; 2] {
 
 /// What a property adds to the between-class term; `None` where the study did not measure it.
 fn of_property(compared: &Compared, estimator: &str) -> Option<f64> {
+    // The voxels lack lines with and without a calibration.
+    let estimator = if compared.key == ClassKey::LineSpacing { Count::Hits.name() } else { estimator };
     match (&compared.standing, compared.apart) {
         (Standing::Same, None) => Some(0.0),
         (_, apart) => between_class(compared.key, estimator, apart),
@@ -67,7 +70,6 @@ pub(crate) fn term(compared: &[Compared], estimator: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::class::ClassKey;
 
     #[test]
     fn independent_factors_add_by_squares_and_intervals_are_positive() {

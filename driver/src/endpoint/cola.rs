@@ -70,7 +70,7 @@ impl Endpoint for ColaEndpoint {
     fn no_answer(&mut self, command: &'static str, counts: FrameCounts) -> Result<(), DriverError> {
         let (address, timeout) = (self.address.clone(), self.reply_timeout());
         if counts.frames > 0 {
-            return Err(DriverError::NoAnswer { address, command, dialect: self.tried, timeout });
+            return Err(DriverError::NoAnswer { address, command, dialect: self.tried, timeout, counts });
         }
         self.junk += counts.skipped_bytes;
         if self.tried != self.dialect {

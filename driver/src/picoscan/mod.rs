@@ -106,6 +106,9 @@ impl Endpoint for PicoEndpoint {
                 DriverError::TooManyRequests { address, code, waited: PAUSES.iter().sum() }
             }
             (_, Refusal::StaleNonce { .. }) => DriverError::StaleNonce { address, code },
+            (name, Refusal::NotJson { is_html, http }) => {
+                DriverError::NotRest { address, name, found: if is_html { "HTML" } else { "no JSON" }, http }
+            }
             (LOGIN, _) => DriverError::Login { address, user: self.place.user.clone(), code },
             _ => DriverError::Refused { address, command, code },
         }

@@ -5,7 +5,7 @@ use std::net::{SocketAddr, SocketAddrV4};
 use std::time::Duration;
 
 use rowscan_protocol::challenge::{REALM, response};
-use rowscan_protocol::compact::CompactListener;
+use rowscan_protocol::compact::{CompactListener, SegmentCounts};
 use rowscan_protocol::frame::FrameCounts;
 use rowscan_protocol::host::{DeviceInfo, HostEvent, HostSession, Language, OtherSender, Refusal, Transmit};
 use rowscan_protocol::scan::Scan;
@@ -25,6 +25,10 @@ pub(super) const DATAGRAMS: &str = "datagrams";
 const INVALID_CHALLENGE: u64 = 10;
 /// `header.status` of too many requests.
 const TOO_MANY: u64 = 11;
+/// `header.status` of an internal error, as one that is busy has.
+const BUSY: u64 = 3;
+/// The code of HTTP of one that is busy.
+const UNAVAILABLE: u16 = 503;
 /// Pauses before a request that was one too many is made again.
 pub(super) const PAUSES: [Duration; 3] =
     [Duration::from_millis(500), Duration::from_millis(1000), Duration::from_millis(2000)];
@@ -39,9 +43,11 @@ pub(crate) struct PicoSession {
     datagram_timeout: Duration,
     steps: VecDeque<Step>,
     state: State,
-    /// How often the step's login was refused, and how often it was one request too many.
+    /// How often the step's login was refused, and how often it was to be asked again later.
     refused: u32,
-    too_many: usize,
+    put_off: usize,
+    /// Streams beside the scans that this session has switched on.
+    switched_on: Vec<&'static str>,
     /// A login was taken: the password is right.
     is_known: bool,
     info: DeviceInfo,
@@ -84,7 +90,8 @@ impl PicoSession {
             steps: steps.into(),
             state: State::Next(None),
             refused: 0,
-            too_many: 0,
+            put_off: 0,
+            switched_on: Vec::new(),
             is_known: false,
             info: DeviceInfo { ident: String::new(), firmware: String::new(), language: Language::Compact },
             listener: CompactListener::default(),
@@ -123,10 +130,17 @@ impl PicoSession {
     fn answer(&mut self, now: Duration, bytes: &[u8]) {
         let State::Asked { for_challenge, .. } = self.state else { return };
         let Some(Answer { code, body }) = http::answer(bytes) else { return self.end_without_answer() };
-        let body: Value = serde_json::from_slice(&body).unwrap_or_default();
+        let Ok(json) = serde_json::from_slice::<Value>(if body.is_empty() { b"null" } else { &body }) else {
+            let is_html = body.trim_ascii_start().starts_with(b"<");
+            return self.refuse_step(Refusal::NotJson { is_html, http: code });
+        };
+        let body = json;
         let status = body.pointer("/header/status").and_then(Value::as_u64);
         if code == 429 || status == Some(TOO_MANY) {
-            return self.too_many(now, code);
+            return self.ask_later(now, Refusal::TooMany { http: code });
+        }
+        if code == UNAVAILABLE || status == Some(BUSY) {
+            return self.ask_later(now, Refusal::Rest { status, http: code });
         }
         match (for_challenge, status) {
             (true, Some(0)) => match self.header(&body) {
@@ -147,18 +161,21 @@ impl PicoSession {
                 self.refuse(LOGIN, refusal, true);
             }
             (false, Some(0)) => self.done(&body),
-            (false, _) => {
-                let (name, is_needed) =
-                    self.steps.front().map_or((DATAGRAMS, true), |step| (step.name, step.is_needed));
-                self.refuse(name, Refusal::Rest { status, http: code }, is_needed);
-            }
+            (false, _) => self.refuse_step(Refusal::Rest { status, http: code }),
         }
     }
 
     /// The step is done.
     fn done(&mut self, body: &Value) {
-        let Some(step) = self.steps.pop_front() else { return };
+        let Some(step) = self.steps.front() else { return };
         self.is_known |= step.data.is_some();
+        // Of a method; devices may wrap it by the method's name.
+        let code = ["/data/ErrorCode".to_owned(), format!("/data/{}/ErrorCode", step.name)];
+        let code = code.iter().find_map(|pointer| body.pointer(pointer)).and_then(Value::as_u64);
+        if let Some(code) = code.filter(|code| *code != 0) {
+            return self.refuse_step(Refusal::Method { code });
+        }
+        let Some(step) = self.steps.pop_front() else { return };
         let text = |pointer: &str| body.pointer(pointer).and_then(Value::as_str).unwrap_or_default();
         match step.name {
             // Real devices wrap structs by their name; the schema shows them bare.
@@ -176,21 +193,23 @@ impl PicoSession {
                 }
             }
             "FirmwareVersion" => text("/data/FirmwareVersion").clone_into(&mut self.info.firmware),
-            name if step.data.is_none() => {
-                let filter = step::FILTERS.iter().find(|(filter, _)| *filter == name);
-                let off = body.get("data").and_then(|data| step::off(step.name, data));
-                if let Some(((_, what), off)) = filter.zip(off) {
-                    self.events.push_back(HostEvent::Limited { what });
-                    self.steps.push_front(off);
+            _ => match (step.leftover, &step.data) {
+                (Some(setting), Some(_)) => {
+                    self.events.push_back(HostEvent::Leftover { setting, refused: None });
                 }
-            }
-            _ => {}
+                (Some(setting), None) => {
+                    let off = body.get("data").and_then(|data| step::off(setting, data));
+                    off.into_iter().for_each(|off| self.steps.push_front(off));
+                }
+                (None, _) if !self.is_stopping => self.switched_on.extend(step.switches_on()),
+                _ => {}
+            },
         }
         self.go_on();
     }
 
     fn go_on(&mut self) {
-        (self.refused, self.too_many) = (0, 0);
+        (self.refused, self.put_off) = (0, 0);
         self.state = match (self.steps.is_empty(), self.is_stopping) {
             (false, _) => State::Next(None),
             (true, false) => State::Set { until: None },
@@ -202,22 +221,35 @@ impl PicoSession {
         self.begin();
     }
 
-    fn too_many(&mut self, now: Duration, http: u16) {
-        match PAUSES.get(self.too_many) {
+    /// Asks again after a pause; once all pauses are over, it is refused.
+    fn ask_later(&mut self, now: Duration, refusal: Refusal) {
+        match PAUSES.get(self.put_off) {
             Some(pause) => {
-                self.too_many += 1;
+                self.put_off += 1;
                 self.state = State::Next(Some(now.saturating_add(*pause)));
             }
-            None => self.refuse(LOGIN, Refusal::TooMany { http }, true),
+            None if matches!(refusal, Refusal::TooMany { .. }) => self.refuse(LOGIN, refusal, true),
+            None => self.refuse_step(refusal),
         }
     }
 
+    /// The step itself is refused.
+    fn refuse_step(&mut self, refusal: Refusal) {
+        let (name, is_needed) =
+            self.steps.front().map_or((DATAGRAMS, true), |step| (step.name, step.is_needed));
+        self.refuse(name, refusal, is_needed);
+    }
+
     fn refuse(&mut self, command: &'static str, refusal: Refusal, fatal: bool) {
-        if !fatal && self.steps.front().is_some_and(|step| step.may_lack) {
+        let step = self.steps.front();
+        if !fatal && step.is_some_and(|step| step.may_lack) {
             self.steps.pop_front();
             return self.go_on();
         }
-        self.events.push_back(HostEvent::Refused { command, error: Some(refusal), fatal });
+        self.events.push_back(match step.and_then(|step| step.leftover).filter(|_| !fatal) {
+            Some(setting) => HostEvent::Leftover { setting, refused: Some(refusal) },
+            None => HostEvent::Refused { command, error: Some(refusal), fatal },
+        });
         if fatal && !self.is_stopping {
             self.state = State::Done;
             return;
@@ -328,7 +360,7 @@ impl HostSession for PicoSession {
 
     fn stop(&mut self, _: Duration) {
         self.is_stopping = true;
-        self.steps = VecDeque::from([step::stop()]);
+        self.steps = step::stop(&self.switched_on);
         self.go_on();
     }
 
@@ -340,8 +372,8 @@ impl HostSession for PicoSession {
         self.listener.counts()
     }
 
-    fn segments_lost(&self) -> u64 {
-        self.listener.segments_lost()
+    fn segments(&self) -> SegmentCounts {
+        self.listener.segments()
     }
 
     fn other_senders(&self) -> &[OtherSender] {

@@ -1,9 +1,11 @@
 //! What is asked of a scanner, in the order in which SICK's own SDK asks.
 
+use std::collections::VecDeque;
 use std::net::SocketAddrV4;
 
 use crate::picoscan_address::PicoscanAddress;
 use rowscan_protocol::client::ColaConfig;
+use rowscan_protocol::leftover::Leftover;
 use rowscan_protocol::model::SEGMENTED;
 use rowscan_protocol::rig::EchoChoice;
 use serde_json::{Value, json};
@@ -18,44 +20,32 @@ pub(super) struct Step {
     pub(super) is_needed: bool,
     /// Not every model has it: one that does not is no news.
     pub(super) may_lack: bool,
+    /// The setting that it reads or puts right.
+    pub(super) leftover: Option<&'static Leftover>,
 }
 
-/// Filters of a scanner that take beams, echoes or turns away; a beam that is filtered out looks like a miss. What is told where one was on.
-///
-/// Layers are no beams: which ones come is the user's choice (LFPlayerFilter), and an estimate names the layer that it is of.
-pub(super) const FILTERS: [(&str, &str); 3] = [
-    (
-        "LFPangleRangeFilter",
-        "its filter of angles (LFPangleRangeFilter) was on, and beams outside look like misses: it is off now",
-    ),
-    (
-        "LFPradialDistanceRangeFilter",
-        "its filter of ranges (LFPradialDistanceRangeFilter) was on, and echoes outside look like misses: it is off now",
-    ),
-    ("LFPintervalFilter", "its filter of turns (LFPintervalFilter) was on: it is off now"),
-];
-
-/// What a filter is written to be off, if it was on: the same with `bEnable` off. Real devices wrap structs by their name; the schema shows them bare.
-pub(super) fn off(name: &'static str, data: &Value) -> Option<Step> {
-    let mut value = data.get(name).unwrap_or(data).clone();
+/// What a setting that begins with a switch is written to be off, if it was on: the same with `bEnable` off. Real devices wrap structs by their name;
+/// the schema shows them bare.
+pub(super) fn off(setting: &'static Leftover, data: &Value) -> Option<Step> {
+    let mut value = data.get(setting.name).unwrap_or(data).clone();
     let enable = value.get_mut("bEnable")?;
     let was_on = enable.as_bool().or_else(|| enable.as_u64().map(|on| on != 0))?;
     *enable = if enable.is_boolean() { json!(false) } else { json!(0) };
-    was_on.then(|| Step::write(name, value, false))
+    was_on.then(|| Step { leftover: Some(setting), ..Step::write(setting.name, value, false) })
 }
 
 impl Step {
     fn read(name: &'static str, is_needed: bool) -> Self {
-        Self { name, data: None, is_needed, may_lack: false }
+        Self { name, data: None, is_needed, may_lack: false, leftover: None }
     }
 
-    /// Reads what not every model has.
-    fn look(name: &'static str) -> Self {
-        Self { may_lack: true, ..Self::read(name, false) }
+    /// Reads a setting that another client may have left, and that not every model has.
+    fn look(setting: &'static Leftover) -> Self {
+        Self { may_lack: true, leftover: Some(setting), ..Self::read(setting.name, false) }
     }
 
     fn write(name: &'static str, value: Value, is_needed: bool) -> Self {
-        Self { name, data: Some(json!({ name: value })), is_needed, may_lack: false }
+        Self { data: Some(json!({ name: value })), ..Self::read(name, is_needed) }
     }
 }
 
@@ -82,14 +72,14 @@ pub(super) fn start_up(to: SocketAddrV4, place: &PicoscanAddress, config: &ColaC
         Step::read("SerialNumber", false),
     ];
     // What another client has left, or stored.
-    let filters = FILTERS.map(|(name, _)| Step::look(name));
+    let leftovers = Leftover::of_compact().map(Step::look);
     let settings = [
         Some(Step::write("ScanDataEthSettings", destination.clone(), true)),
         Some(Step::write("ScanDataFormat", json!(2), true)),
         profile.ok().flatten().map(|number| Step::write("PerformanceProfileNumber", json!(number), false)),
         echo.map(|code| Step::write("FREchoFilter", code, false)),
         // A measurement that runs already begins anew with it: before the stream does.
-        Some(Step { name: "mStartMeasure", data: Some(json!({})), is_needed: false, may_lack: false }),
+        Some(Step { data: Some(json!({})), ..Step::read("mStartMeasure", false) }),
     ];
     // To the port that scans come to: one stream holds all of it in its order. A model without them refuses, and scans come nevertheless.
     let readings = [
@@ -104,11 +94,22 @@ pub(super) fn start_up(to: SocketAddrV4, place: &PicoscanAddress, config: &ColaC
         [Step::write(settings, destination.clone(), false), Step::write(enable, json!(true), false)]
     });
     let last = Step::write("ScanDataEnable", json!(true), true);
-    let steps = about.into_iter().chain(filters).chain(settings.into_iter().flatten());
+    let steps = about.into_iter().chain(leftovers).chain(settings.into_iter().flatten());
     (steps.chain(readings).chain([last]).collect(), profile.is_ok())
 }
 
-/// The end of the stream.
-pub(super) fn stop() -> Step {
-    Step::write("ScanDataEnable", json!(false), false)
+/// Streams that a client switches on beside the scans.
+const STREAMS: [&str; 2] = ["ImuDataEnable", "EncoderDataEnable"];
+
+impl Step {
+    /// The stream beside the scans that this switches on, if that is what it does.
+    pub(super) fn switches_on(&self) -> Option<&'static str> {
+        STREAMS.into_iter().find(|name| *name == self.name)
+    }
+}
+
+/// The end of the scans, and of the streams beside them that were switched on.
+pub(super) fn stop(switched_on: &[&'static str]) -> VecDeque<Step> {
+    let all = std::iter::once("ScanDataEnable").chain(switched_on.iter().copied());
+    all.map(|name| Step::write(name, json!(false), false)).collect()
 }

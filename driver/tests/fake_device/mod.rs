@@ -61,6 +61,8 @@ fn reply(request: &str) -> String {
     match (kind, name) {
         ("sRN", "DeviceIdent") => "sRA DeviceIdent 6 LMS111 5 V1.80".to_owned(),
         ("sRN", "FirmwareVersion") => "sRA FirmwareVersion 5 V1.80".to_owned(),
+        // It has no filters.
+        ("sRN", _) => "sFA 3".to_owned(),
         ("sMN", "LMCstartmeas") => "sAN LMCstartmeas 0".to_owned(),
         ("sMN", name) => format!("sAN {name} 1"),
         ("sEN", name) => format!("sEA {name} 1"),

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 
 use super::config::ColaConfig;
-use super::step::{Plan, START_UP, STOP, Step};
+use super::step::{Plan, STOP, Step, start_up};
 use crate::frame::{Dialect, Frame};
 use crate::host::{DeviceInfo, HostEvent, Language};
 use crate::reading::Reading;
@@ -21,7 +21,7 @@ const MAX_SKIPPED: u32 = 100;
 /// What the client is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    /// Waits for the reply of this line of [`START_UP`].
+    /// Waits for the reply of this step of the [start-up](start_up).
     Starting(usize),
     Streaming,
     Stopping,
@@ -46,6 +46,8 @@ pub(super) struct Machine {
     now: Option<Duration>,
     deadline: Deadline,
     skipped: u32,
+    /// The request that is out was sent twice: its reply may have been lost or damaged once.
+    asked_again: bool,
     transmits: VecDeque<Vec<u8>>,
     events: VecDeque<HostEvent>,
     telegram: LmdScandata,
@@ -71,6 +73,7 @@ impl Machine {
             now: None,
             deadline: Deadline::None,
             skipped: 0,
+            asked_again: false,
             transmits: VecDeque::new(),
             events: VecDeque::new(),
             telegram: LmdScandata::default(),
@@ -94,11 +97,12 @@ impl Machine {
         }
     }
 
-    pub(super) fn check_deadline(&mut self) {
+    /// Gives up what is overdue. `is_heard`: frames have come, good or bad, so this dialect is spoken.
+    pub(super) fn check_deadline(&mut self, is_heard: bool) {
         if let (Deadline::At(time), Some(now)) = (self.deadline, self.now)
             && now >= time
         {
-            self.give_up();
+            self.give_up(is_heard);
         }
     }
 
@@ -146,8 +150,8 @@ impl Machine {
         // A good frame that is no telegram is somebody else's.
         let Ok(telegram) = Telegram::parse(frame.dialect, frame.payload) else { return };
         let awaited = match self.phase {
-            Phase::Starting(index) => START_UP.get(index),
-            Phase::Stopping => Some(&STOP),
+            Phase::Starting(index) => start_up().nth(index),
+            Phase::Stopping => Some(STOP),
             Phase::Streaming | Phase::Listening | Phase::Done => None,
         };
         let is_scan = is_scan(&telegram);
@@ -161,17 +165,17 @@ impl Machine {
         }
         let Some(step) = awaited else { return };
         if let Some(error) = telegram.refusal() {
-            self.refused(step, error);
+            self.refused(&step, error);
         } else if telegram.kind == step.reply_kind && telegram.name == step.command {
-            match (step.take)(&mut self.plan, telegram.args) {
-                Ok(()) => self.answered(),
-                Err(error) => self.refused(step, error),
+            match step.take(&mut self.plan, telegram.args) {
+                Ok(()) => self.taken(&step),
+                Err(error) => self.refused(&step, error),
             }
         } else {
             // Events, receipts (sMA), and replies that came twice.
             self.skipped += 1;
             if self.skipped > MAX_SKIPPED {
-                self.give_up();
+                self.give_up(true);
             }
         }
     }
@@ -189,6 +193,13 @@ impl Machine {
         }
     }
 
+    fn taken(&mut self, step: &Step) {
+        if let Some(setting) = step.was_to_put_right(&mut self.plan) {
+            self.events.push_back(HostEvent::Leftover { setting, refused: None });
+        }
+        self.answered();
+    }
+
     fn answered(&mut self) {
         match self.phase {
             Phase::Starting(index) => self.step_from(index + 1),
@@ -201,6 +212,10 @@ impl Machine {
         if step.where_known && error == SopasError::UnknownVariable {
             return self.answered();
         }
+        if let Some(setting) = step.was_to_put_right(&mut self.plan) {
+            self.events.push_back(HostEvent::Leftover { setting, refused: Some(error.into()) });
+            return self.answered();
+        }
         let fatal = step.required && self.phase != Phase::Stopping;
         let event = HostEvent::Refused { command: step.command, error: Some(error.into()), fatal };
         if fatal {
@@ -211,12 +226,19 @@ impl Machine {
         }
     }
 
-    fn give_up(&mut self) {
+    /// No reply: once more, of a device that was heard; then it is over.
+    fn give_up(&mut self, is_heard: bool) {
         match self.phase {
-            Phase::Starting(index) => {
-                let command = START_UP.get(index).map_or("", |step| step.command);
-                self.finish(HostEvent::NoAnswer { command });
-            }
+            Phase::Starting(index) => match start_up().nth(index) {
+                Some(step) if is_heard && !self.asked_again => {
+                    self.request(&step);
+                    self.asked_again = true;
+                }
+                step => {
+                    let command = step.map_or("", |step| step.command);
+                    self.finish(HostEvent::NoAnswer { command });
+                }
+            },
             // It will not answer any more; the connection is closed next anyway.
             Phase::Stopping => self.finish(HostEvent::Stopped),
             Phase::Streaming | Phase::Listening | Phase::Done => self.deadline = Deadline::None,
@@ -225,10 +247,10 @@ impl Machine {
 
     /// Sends the first needed step from line `index` on; past the last, scans will come.
     fn step_from(&mut self, index: usize) {
-        match START_UP.iter().enumerate().skip(index).find(|(_, step)| (step.needed)(&self.plan)) {
+        match start_up().enumerate().skip(index).find(|(_, step)| step.is_needed(&self.plan)) {
             Some((index, step)) => {
                 self.phase = Phase::Starting(index);
-                self.request(step);
+                self.request(&step);
             }
             None => {
                 self.phase = Phase::Streaming;
@@ -246,16 +268,17 @@ impl Machine {
 
     fn request(&mut self, step: &Step) {
         let mut frame = Vec::new();
-        (step.request)(&self.plan, self.dialect, &mut frame);
+        step.request(&self.plan, self.dialect, &mut frame);
         self.transmits.push_back(frame);
         self.skipped = 0;
+        self.asked_again = false;
         self.arm();
     }
 
     /// Sets the time-out of the request that was sent last.
     fn arm(&mut self) {
         let patience = match self.phase {
-            Phase::Starting(index) => START_UP.get(index).map_or(1, |step| step.patience),
+            Phase::Starting(index) => start_up().nth(index).map_or(1, |step| step.patience),
             _ => STOP.patience,
         };
         let timeout = self.plan.config.reply_timeout.saturating_mul(patience);

@@ -63,7 +63,8 @@ impl HostSession for ColaClient {
 
     fn handle_timeout(&mut self, now: Duration) {
         self.machine.set_time(now);
-        self.machine.check_deadline();
+        let counts = self.decoder.counts();
+        self.machine.check_deadline(counts.frames + counts.bad > 0);
     }
 
     fn poll_timeout(&self) -> Option<Duration> {

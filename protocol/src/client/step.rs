@@ -6,9 +6,9 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::config::{ColaConfig, Login};
-use crate::frame::Dialect;
+use crate::frame::{self, Dialect};
+use crate::leftover::{LEFTOVERS, Leftover};
 use crate::model::{self, RemissionWidth};
-use crate::optics::FactoryEcho;
 use crate::rig::EchoChoice;
 use crate::telegram::device_ident::DeviceIdent;
 use crate::telegram::firmware_version::FirmwareVersion;
@@ -27,8 +27,14 @@ use crate::telegram::set_access_mode::{PasswordHash, SetAccessMode};
 use crate::telegram::wire::{Fields, LowHigh};
 use crate::telegram::{Args, Kind, LmdScandata, Method, SopasError, Variable, encode_frame};
 
-/// The start-up.
-pub(super) static START_UP: &[Step] = &[
+/// The start-up, in its order.
+pub(super) fn start_up() -> impl Iterator<Item = Step> {
+    let leftovers = LEFTOVERS.iter().flat_map(|row| [Step::look(row), Step::put_right(row)]);
+    LOGIN_AND_MODE.iter().copied().chain(leftovers).chain(CONTENTS.iter().copied())
+}
+
+/// Who the device is, the login, and how it scans. Settings that others have left follow.
+static LOGIN_AND_MODE: &[Step] = &[
     read::<DeviceIdent>(take_ident),
     read::<FirmwareVersion>(take_firmware),
     call::<SetAccessMode>(log_in, take_yes),
@@ -37,12 +43,17 @@ pub(super) static START_UP: &[Step] = &[
         .slow(),
     write::<PerformanceProfileNumber>(set_profile).only_if(|plan| profile(plan).is_some()).slow(),
     write::<ScanDataFormat>(set_format).only_if(|plan| compact_model(plan).is_some()),
+];
+
+/// What scans hold, and their begin.
+static CONTENTS: &[Step] = &[
     read::<OutputRange>(take_step).only_if(|plan| plan.config.output_range.is_some()),
     write::<OutputRange>(set_output_range).only_if(|plan| plan.config.output_range.is_some()),
     write::<InputsThreeAndFour>(set_encoder_inputs).only_if(wants_encoder).where_known(),
     write::<EncoderSetting>(set_encoder).only_if(wants_encoder),
     write::<IncrementSource>(set_increments).only_if(wants_encoder),
     write::<EncoderResolution>(set_encoder_resolution).only_if(wants_encoder),
+    read::<EchoFilter>(take_echo_filter).only_if(may_have_echo_filter).where_known(),
     write::<EchoFilter>(set_echo_filter).only_if(wants_echo_filter).where_known(),
     write::<ScanDataConfig>(set_scan_data),
     call::<StartMeasurement>(|_, dialect, out| ask::<StartMeasurement>(dialect, out), take_accepted).slow(),
@@ -54,15 +65,18 @@ pub(super) static START_UP: &[Step] = &[
 pub(super) static STOP: Step = subscribe(false);
 
 /// One request and what is made of its reply.
+#[derive(Clone, Copy)]
 pub(super) struct Step {
     pub(super) command: &'static str,
     /// The reply this step waits for.
     pub(super) reply_kind: Kind,
-    pub(super) needed: fn(&Plan) -> bool,
+    needed: fn(&Plan) -> bool,
     /// Appends the whole request frame.
-    pub(super) request: fn(&Plan, Dialect, &mut Vec<u8>),
+    request: Request,
     /// Takes the reply; an error counts like `sFA`.
-    pub(super) take: fn(&mut Plan, Args<'_>) -> Result<(), SopasError>,
+    take: Take,
+    /// The setting that it reads or puts right.
+    leftover: Option<&'static Leftover>,
     /// The start-up cannot go on if it is refused.
     pub(super) required: bool,
     /// Models that do not know it need it not; their refusal is no news.
@@ -81,6 +95,10 @@ pub(super) struct Plan {
     pub(super) firmware: String,
     /// The angular step LMPoutputRange reads; it must be sent back with a new range.
     pub(super) output_step: u32,
+    /// The telegram that puts the leftover right which was read last.
+    pub(super) put_right: Option<Vec<u8>>,
+    /// The code of the echo filter, once it was read.
+    pub(super) echo_filter: Option<u8>,
 }
 
 type Request = fn(&Plan, Dialect, &mut Vec<u8>);
@@ -93,6 +111,7 @@ const fn step(command: &'static str, reply_kind: Kind, request: Request, take: T
         needed: |_| true,
         request,
         take,
+        leftover: None,
         required: false,
         where_known: false,
         patience: 1,
@@ -120,6 +139,58 @@ const fn subscribe(on: bool) -> Step {
 }
 
 impl Step {
+    /// Reads a setting that others may have left.
+    fn look(row: &'static Leftover) -> Self {
+        let nothing: Request = |_, _, _| {};
+        Self { leftover: Some(row), ..step(row.name, Kind::Ra, nothing, |_, _| Ok(())) }.where_known()
+    }
+
+    /// Puts it right, if need be.
+    fn put_right(row: &'static Leftover) -> Self {
+        Self { reply_kind: Kind::Wa, where_known: false, ..Self::look(row) }
+    }
+
+    fn looks(&self) -> bool {
+        self.reply_kind == Kind::Ra
+    }
+
+    pub(super) fn is_needed(&self, plan: &Plan) -> bool {
+        match self.leftover {
+            None => (self.needed)(plan),
+            Some(_) if !self.looks() => plan.put_right.is_some(),
+            // A range that is asked for is written anyway.
+            Some(row) if row.name == OutputRange::NAME && plan.config.output_range.is_some() => false,
+            Some(row) => Leftover::of(known_model(plan)).any(|other| other == row),
+        }
+    }
+
+    /// Appends the whole request frame.
+    pub(super) fn request(&self, plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
+        match self.leftover {
+            None => (self.request)(plan, dialect, out),
+            Some(row) if self.looks() => encode_frame(dialect, Kind::Rn, row.name, &(), out),
+            Some(_) => frame::encode(dialect, plan.put_right.as_deref().unwrap_or_default(), out),
+        }
+    }
+
+    /// Takes the reply; an error counts like `sFA`.
+    pub(super) fn take(&self, plan: &mut Plan, args: Args<'_>) -> Result<(), SopasError> {
+        match self.leftover.filter(|_| self.looks()) {
+            None => (self.take)(plan, args),
+            Some(row) => {
+                plan.put_right = row.put_right(known_model(plan), args)?;
+                Ok(())
+            }
+        }
+    }
+
+    /// The setting that was to be put right by this; that is over, whatever the reply was.
+    pub(super) fn was_to_put_right(&self, plan: &mut Plan) -> Option<&'static Leftover> {
+        let row = self.leftover.filter(|_| !self.looks())?;
+        plan.put_right = None;
+        Some(row)
+    }
+
     const fn only_if(self, needed: fn(&Plan) -> bool) -> Self {
         Self { needed, ..self }
     }
@@ -160,9 +231,14 @@ fn set_scan_mode(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
     tell(dialect, &SetScanConfig { config: ScanConfig { frequency_centihz, sectors } }, out);
 }
 
+/// The device's model. Models that share a name are alike in their field and in what they know.
+fn known_model(plan: &Plan) -> Option<&'static model::Model> {
+    model::by_ident(&plan.ident).next()
+}
+
 /// The device's model, if it is one that sends scans as Compact telegrams unless it is told otherwise.
 fn compact_model(plan: &Plan) -> Option<&'static model::Model> {
-    model::by_ident(&plan.ident).next().filter(|model| model.compact.is_some())
+    known_model(plan).filter(|model| model.compact.is_some())
 }
 
 /// The number of the scan mode that is wanted.
@@ -212,20 +288,21 @@ fn echo_code(config: &ColaConfig) -> Option<u8> {
     }
 }
 
-/// True of a model that would send another echo by itself. Where all are sent, the first channel holds the first.
+/// Whether the filter of echoes is to be looked at: one echo is wanted, of a device that may tell several apart.
+fn may_have_echo_filter(plan: &Plan) -> bool {
+    plan.config.echo.is_some() && known_model(plan).is_none_or(|model| model.echoes > 1)
+}
+
+/// True of a device that would send another echo, by itself or because somebody has left it so. Where all are sent, the first channel holds the first.
 fn wants_echo_filter(plan: &Plan) -> bool {
-    // Models that share a name are alike in this.
-    let Some(model) = model::by_ident(&plan.ident).next() else {
-        return plan.config.echo == Some(EchoChoice::Last);
-    };
-    let by_itself = match model.optics.factory_echo {
-        FactoryEcho::First => fr_echo_filter::FIRST,
-        FactoryEcho::All => fr_echo_filter::ALL,
-        FactoryEcho::Last => fr_echo_filter::LAST,
-    };
     let suffices =
-        |code| code == by_itself || (code, by_itself) == (fr_echo_filter::FIRST, fr_echo_filter::ALL);
-    model.echoes > 1 && echo_code(&plan.config).is_some_and(|code| !suffices(code))
+        |code, found| code == found || (code, found) == (fr_echo_filter::FIRST, fr_echo_filter::ALL);
+    echo_code(&plan.config).zip(plan.echo_filter).is_some_and(|(code, found)| !suffices(code, found))
+}
+
+fn take_echo_filter(plan: &mut Plan, args: Args<'_>) -> Result<(), SopasError> {
+    plan.echo_filter = Some(value::<EchoFilter>(args)?.code);
+    Ok(())
 }
 
 fn set_echo_filter(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {

@@ -3,6 +3,9 @@
 //! Segments of a turn have its number; telegrams are counted over all turns, and a gap in the counter is what was lost. A turn is given once all its
 //! segments are there, or once more than [`REORDER`] telegrams behind its end have come; what comes later than that is lost. Memory is bounded: at most
 //! [`MAX_OPEN`] turns are waited for.
+//!
+//! A segment that comes again is left out. If what it says is not what the first one said, nobody knows which of them is right: its turn gives no scan, in
+//! whatever order they came, and the fault is told.
 
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::format;
@@ -11,9 +14,10 @@ use core::time::Duration;
 use super::frame::{Frame, Layout};
 use super::scan::ScanTelegram;
 use super::segment::Segment;
+use super::segment_counts::SegmentCounts;
 use crate::uptime::Uptime;
 use crate::validity::ScanFault;
-use crate::window::Window;
+use crate::window::{REMEMBERED, Window};
 
 /// A telegram may be overtaken by so many others.
 pub const REORDER: u64 = 4;
@@ -22,25 +26,14 @@ pub const MAX_OPEN: usize = 4;
 /// Turns that one telegram may stand for: the scanner's interval filter sends every 50th at least.
 const MAX_INTERVAL: u64 = 50;
 
-/// What became of segments.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SegmentCounts {
-    /// Put into turns.
-    pub taken: u64,
-    /// Never came, or too late.
-    pub lost: u64,
-    /// Came again.
-    pub repeated: u64,
-    /// Of turns that had begun before the stream was heard, or ended after it.
-    pub cut: u64,
-}
-
 /// Puts segments together.
 #[derive(Clone, Debug, Default)]
 pub struct Assembler {
     /// By the turn's number.
     open: BTreeMap<u64, Open>,
-    ready: VecDeque<Frame>,
+    ready: VecDeque<Result<Frame, ScanFault>>,
+    /// What came last, to compare with what comes again.
+    remembered: VecDeque<Remembered>,
     window: Option<Window>,
     closed: Option<Closed>,
     layout: Layout,
@@ -58,10 +51,22 @@ pub struct Assembler {
     sent_us: u64,
 }
 
+/// A telegram that has come.
+#[derive(Clone, Copy, Debug)]
+struct Remembered {
+    counter: u64,
+    turn: u64,
+    digest: u64,
+    /// One with other contents has come.
+    contradicted: bool,
+}
+
 /// A turn whose segments are coming.
 #[derive(Clone, Debug)]
 struct Open {
     segments: BTreeMap<u64, Segment>,
+    /// One of its segments that came with two contents.
+    contradicted: Option<u64>,
     /// Its least and its greatest telegram counter.
     counters: [u64; 2],
 }
@@ -75,6 +80,8 @@ struct Closed {
     lines: u16,
     /// Its greatest telegram counter.
     last: u64,
+    /// It gave no scan, because a segment of it came with two contents.
+    contradicted: bool,
 }
 
 impl Assembler {
@@ -98,13 +105,14 @@ impl Assembler {
         let window = self.window.get_or_insert_with(|| Window::new(segment.telegram_counter));
         if window.has_seen(segment.telegram_counter) {
             self.counts.repeated += 1;
-            return Ok(());
+            return self.compare(&segment);
         }
         if self.closed.is_some_and(|closed| segment.frame_number <= closed.number) {
             // Too late: it stays lost.
             return Ok(());
         }
         window.take(segment.telegram_counter);
+        self.remember(&segment);
         self.insert(segment)?;
         self.close_passed();
         Ok(())
@@ -115,8 +123,8 @@ impl Assembler {
         self.close_all();
     }
 
-    /// The next turn, in the order of their numbers.
-    pub fn next_frame(&mut self) -> Option<Frame> {
+    /// The next turn, in the order of their numbers; of one that gives no scan, why.
+    pub fn next_frame(&mut self) -> Option<Result<Frame, ScanFault>> {
         self.ready.pop_front()
     }
 
@@ -168,15 +176,61 @@ impl Assembler {
         }
     }
 
+    fn remember(&mut self, segment: &Segment) {
+        self.remembered.truncate(REMEMBERED as usize - 1);
+        self.remembered.push_front(Remembered {
+            counter: segment.telegram_counter,
+            turn: segment.frame_number,
+            digest: segment.digest(),
+            contradicted: false,
+        });
+    }
+
+    /// Compares a telegram that has come before with the first one of its counter.
+    ///
+    /// # Errors
+    /// They say different things, and the turn has been given.
+    fn compare(&mut self, segment: &Segment) -> Result<(), ScanFault> {
+        let counter = segment.telegram_counter;
+        let first = self.remembered.iter_mut().find(|first| first.counter == counter);
+        let Some(first) = first.filter(|first| first.digest != segment.digest() && !first.contradicted)
+        else {
+            return Ok(());
+        };
+        first.contradicted = true;
+        let turn = first.turn;
+        self.contradict(segment, [turn, segment.frame_number])
+    }
+
+    /// A segment of one of these turns came with two contents.
+    fn contradict(&mut self, segment: &Segment, turns: [u64; 2]) -> Result<(), ScanFault> {
+        self.counts.contradicted += 1;
+        let mut is_open = false;
+        for turn in turns {
+            if let Some(open) = self.open.get_mut(&turn) {
+                open.contradicted.get_or_insert(segment.number);
+                is_open = true;
+            }
+        }
+        let is_told = self.closed.is_some_and(|closed| closed.contradicted && turns.contains(&closed.number));
+        if is_open || is_told {
+            return Ok(());
+        }
+        Err(ScanFault::Contradicted { segment: segment.number, turn: segment.frame_number })
+    }
+
     fn insert(&mut self, segment: Segment) -> Result<(), ScanFault> {
         let counter = segment.telegram_counter;
-        let open = self
-            .open
-            .entry(segment.frame_number)
-            .or_insert_with(|| Open { segments: BTreeMap::new(), counters: [counter, counter] });
+        let open = self.open.entry(segment.frame_number).or_insert_with(|| Open {
+            segments: BTreeMap::new(),
+            contradicted: None,
+            counters: [counter, counter],
+        });
         if open.segments.contains_key(&segment.number) {
+            // Counted as two by the scanner.
             self.counts.repeated += 1;
-            return Ok(());
+            let turn = segment.frame_number;
+            return self.contradict(&segment, [turn, turn]);
         }
         if !open.has_room_for(&segment) {
             return Err(ScanFault::Fields {
@@ -244,16 +298,21 @@ impl Assembler {
             _ => (number as u16).wrapping_mul(lines),
         };
         let is_cut = self.closed.is_none() && !open.segments.contains_key(&0);
-        self.closed = Some(Closed { number, counter, lines, last });
+        let contradicted = open.contradicted.is_some();
+        self.closed = Some(Closed { number, counter, lines, last, contradicted });
         if is_cut {
             self.counts.cut += open.segments.len() as u64;
+            return;
+        }
+        if let Some(segment) = open.contradicted {
+            self.ready.push_back(Err(ScanFault::Contradicted { segment, turn: number }));
             return;
         }
         // Segments that the scanner's filter hides are not sent: where nothing is missing, these are all there are.
         self.layout = if is_unbroken && is_ended { found.whole() } else { self.layout.and(found) };
         let lines = self.layout.beams();
         let begins_anew = core::mem::take(&mut self.begins_anew);
-        self.ready.push_back(Frame { number, counter, begins_anew, segments: open.segments, lines });
+        self.ready.push_back(Ok(Frame { number, counter, begins_anew, segments: open.segments, lines }));
     }
 }
 

@@ -4,9 +4,10 @@ use alloc::collections::VecDeque;
 use core::net::SocketAddr;
 use core::time::Duration;
 
-use super::assembler::{Assembler, SegmentCounts};
+use super::assembler::Assembler;
 use super::frame::Frame;
 use super::scan::ScanTelegram;
+use super::segment_counts::SegmentCounts;
 use super::senders::{Sender, Senders};
 use super::stream::{Found, StreamDecoder};
 use super::telegram::Telegram;
@@ -66,11 +67,6 @@ impl CompactListener {
     /// lot of another, that one is it: it calls itself otherwise in its telegrams.
     pub fn follow(&mut self, serial_number: u32) {
         self.senders.ask(serial_number);
-    }
-
-    /// What became of segments so far.
-    pub fn segments(&self) -> SegmentCounts {
-        self.assembler.counts()
     }
 
     fn take(&mut self, found: Found) {
@@ -192,9 +188,13 @@ impl HostSession for CompactListener {
                 self.turn = Some((frame, given + 1));
                 return Some(HostEvent::Scan);
             }
-            if let Some(frame) = self.assembler.next_frame() {
-                self.turn = Some((frame, 0));
-                continue;
+            match self.assembler.next_frame() {
+                Some(Ok(frame)) => {
+                    self.turn = Some((frame, 0));
+                    continue;
+                }
+                Some(Err(fault)) => return Some(HostEvent::Malformed { fault }),
+                None => {}
             }
             let found = self.decoder.next_found()?;
             self.take(found);
@@ -211,8 +211,8 @@ impl HostSession for CompactListener {
         self.counts
     }
 
-    fn segments_lost(&self) -> u64 {
-        self.segments().lost
+    fn segments(&self) -> SegmentCounts {
+        self.assembler.counts()
     }
 
     fn other_senders(&self) -> &[OtherSender] {

@@ -100,6 +100,26 @@ impl Segment {
         Ok(Self { telegram_counter, transmit_time_us, frame_number, number, sender_id, lines })
     }
 
+    /// A number that two segments share only where they say the same, but by an accident of one in 2⁶⁴.
+    pub(super) fn digest(&self) -> u64 {
+        let mut digest = Digest::default();
+        for value in [self.telegram_counter, self.transmit_time_us, self.frame_number, self.number] {
+            digest.add(value);
+        }
+        digest.add(u64::from(self.sender_id));
+        for line in &self.lines {
+            let angles = [line.layer_centideg as u64, line.start_deg.to_bits(), u64::from(line.step)];
+            let sizes = [line.beams as u64, line.echoes as u64, line.scale_mm.to_bits()];
+            let times = [line.time_start_us, line.time_stop_us];
+            angles.into_iter().chain(sizes).chain(times).for_each(|value| digest.add(value));
+            let Beams { distance, rssi, theta, properties } = &line.values;
+            let words = [distance, rssi, theta].into_iter().flatten();
+            words.for_each(|value| digest.add(u64::from(*value)));
+            properties.iter().for_each(|value| digest.add(u64::from(*value)));
+        }
+        digest.0
+    }
+
     /// True if both are of one scanner, with lines of the same layers.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         let layer = |line: &SegmentLine| line.layer_centideg;
@@ -172,6 +192,22 @@ impl SegmentLine {
     /// How far its beams sweep, degrees.
     pub(super) fn span_deg(&self) -> f64 {
         exact_step_deg(self.step) * self.beams.saturating_sub(1) as f64
+    }
+}
+
+/// In the manner of FNV-1a, a word at a time.
+struct Digest(u64);
+
+impl Default for Digest {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Digest {
+    fn add(&mut self, value: u64) {
+        // Words are longer than bytes: the high half of what was multiplied comes down to the low one.
+        self.0 = (self.0.rotate_left(29) ^ value).wrapping_mul(0x0000_0100_0000_01b3);
     }
 }
 

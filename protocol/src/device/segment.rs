@@ -122,9 +122,9 @@ impl Device {
         Datagram { at, stream: Stream::Imu, ends_turn: None, telegram }
     }
 
-    /// The encoder's reading at the turn that was measured last, which began at `at`: ticks so far, and speed in mm/s.
-    pub fn encoder_telegram(&mut self, at: SimTime, ticks: f64, speed_mm_s: f32) -> Datagram {
-        let (tick, time_us) = (ticks as i64 as u32, self.uptime_us(at));
+    /// The encoder's reading at the turn that was measured last, which began at `at`: ticks since power-up, and speed in mm/s.
+    pub fn encoder_telegram(&mut self, at: SimTime, speed_mm_s: f32) -> Datagram {
+        let (tick, time_us) = (self.ticks.ticks as i64 as u32, self.uptime_us(at));
         let (before, before_us) = core::mem::replace(&mut self.counters.encoder_before, (tick, time_us));
         let telegram = Telegram::Encoder(Encoder {
             // Recorded ones are sent at whole milliseconds.

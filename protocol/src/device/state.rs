@@ -22,6 +22,12 @@ use crate::time::SimTime;
 const FIRST_SERIAL_NUMBER: u32 = 26_110_001;
 /// How far apart the serial numbers of two models begin.
 const SERIAL_NUMBERS_A_MODEL: u32 = 100;
+/// How far apart those of two runs do: more than all models have.
+const SERIAL_NUMBERS_A_RUN: u32 = 10_000;
+/// Runs that are told apart: serial numbers have eight digits, the first of them no 0.
+const RUNS: u64 = 9000;
+/// The seed of a run that names none.
+const FIRST_RUN: u64 = 1;
 /// By what the operating hours of two scanners of a bench differ, tenths of an hour.
 const HOURS_APART: u32 = 137;
 /// By what the counts of power-ons do.
@@ -77,6 +83,19 @@ impl Identity {
             power_on_count: model.power_on_count.wrapping_add(index.wrapping_mul(POWER_ONS_APART)),
             ..Self::default()
         }
+    }
+
+    /// The same scanner in a run with this seed: runs have other scanners, those of one seed the same ones. Runs of seeds that follow on each other have none in
+    /// common.
+    #[must_use]
+    pub fn of_run(self, seed: u64) -> Self {
+        let (first, own) =
+            (self.serial_number / SERIAL_NUMBERS_A_RUN, self.serial_number % SERIAL_NUMBERS_A_RUN);
+        // The first run's numbers are those of `of`.
+        let least = 1000;
+        let place = u64::from(first.saturating_sub(least)) + seed % RUNS + RUNS - FIRST_RUN;
+        let run = least + (place % RUNS) as u32;
+        Self { serial_number: run * SERIAL_NUMBERS_A_RUN + own, ..self }
     }
 }
 
@@ -240,6 +259,11 @@ impl Device {
         if !self.model.logins.contains(&login) && !self.more_logins.contains(&login) {
             self.more_logins.push(login);
         }
+    }
+
+    /// Sets its serial number.
+    pub fn set_serial_number(&mut self, serial_number: u32) {
+        self.identity.serial_number = serial_number;
     }
 
     /// Its serial number.

@@ -149,6 +149,11 @@ impl Configuration {
         self.block[AVAILABILITY] = self.block[AVAILABILITY] & !INDICES | if on { INDICES } else { 0 };
     }
 
+    /// Whether single values are faded out below a threshold.
+    pub fn fades_out_single_values(&self) -> bool {
+        self.block[SINGLE_VALUES] != 0
+    }
+
     /// The largest object that fields do not see, centimetres.
     pub fn blanking_cm(&self) -> u16 {
         word([self.block[0], self.block[1]])

@@ -191,3 +191,61 @@ fn a_write_that_says_no_and_took_the_block_is_done() {
     }
     assert!(matches!(events.as_slice(), [HostEvent::Ready(_)]), "{events:?}");
 }
+
+/// What another client has left that takes values away is told, whatever the model: a narrower angle than its own, and a threshold for single values.
+#[test]
+fn an_angle_and_a_threshold_that_were_left_are_told() {
+    for model in model::MODELS.iter().filter(|model| model.takes_variants) {
+        for variant in model.variants {
+            for fades_out in [false, true] {
+                let mut device = Device::new(model, Options::default());
+                let mut block = vec![0; 34];
+                block.copy_from_slice(model.configuration.bytes());
+                block[29] = fades_out.into();
+                let password = [&[0x20, 0x00][..], b"SICK_LMS"].concat();
+                let write = [&[0x77][..], &block].concat();
+                let [angle, step] = [variant.angle_deg, variant.step_centideg].map(u16::to_le_bytes);
+                let left = [password, write, [&[0x3B][..], &angle, &step].concat(), vec![0x20, 0x25]];
+                let mut now = Duration::ZERO;
+                let mut say = |device: &mut Device, frame: &[u8]| {
+                    now += Duration::from_secs(1);
+                    let at = SimTime(now.as_nanos() as u64);
+                    device.handle_bytes(at, Duration::ZERO, frame);
+                    let mut heard = Vec::new();
+                    while let Some(sent) = device.poll_transmit(at) {
+                        device.transmitted(at);
+                        heard.extend(sent);
+                    }
+                    (now, heard)
+                };
+                for body in left {
+                    let mut frame = Vec::new();
+                    encode(0, &body, &mut frame);
+                    say(&mut device, &frame);
+                }
+                assert_eq!(device.variant(), *variant, "{}", model.name);
+                let config = Lms2xxConfig { rate: Rate::R9600, ..Lms2xxConfig::default() };
+                let mut client = Lms2xxClient::new(config);
+                client.handle_bytes(Duration::ZERO, &[]);
+                for _ in 0..12 {
+                    for frame in asked(&mut client) {
+                        let (now, heard) = say(&mut device, &frame);
+                        client.handle_bytes(now, &heard);
+                    }
+                }
+                let events: Vec<_> = std::iter::from_fn(|| client.poll_event()).collect();
+                assert!(matches!(events.last(), Some(HostEvent::Ready(_) | HostEvent::Scan)), "{events:?}");
+                let told = |words: &str| {
+                    events
+                        .iter()
+                        .any(|event| matches!(event, HostEvent::Limited { what } if what.contains(words)))
+                };
+                let alike =
+                    model.variants.iter().filter(|other| other.step_centideg == variant.step_centideg);
+                let is_narrow = alike.map(|other| other.angle_deg).max() > Some(variant.angle_deg);
+                let found = (told("3B"), told("A2"));
+                assert_eq!(found, (is_narrow, fades_out), "{} {variant:?}: {events:?}", model.name);
+            }
+        }
+    }
+}

@@ -15,19 +15,19 @@ use rowscan_protocol::telegram::{SopasError, fr_echo_filter};
 use rowscan_protocol::time::SimTime;
 
 /// A scanner, one connection, and a client.
-struct Pair {
-    device: Device,
+pub(crate) struct Pair {
+    pub(crate) device: Device,
     session: Session,
-    client: ColaClient,
+    pub(crate) client: ColaClient,
     now: Duration,
     /// Bytes the client gets at once.
     piece: usize,
     /// Events other than scans.
-    events: Vec<HostEvent>,
+    pub(crate) events: Vec<HostEvent>,
 }
 
 impl Pair {
-    fn new(device: Device, policy: DialectPolicy, config: ColaConfig, dialect: Dialect) -> Self {
+    pub(crate) fn new(device: Device, policy: DialectPolicy, config: ColaConfig, dialect: Dialect) -> Self {
         let session = Session::new(policy);
         Self {
             device,
@@ -44,7 +44,7 @@ impl Pair {
     }
 
     /// Lets both sides talk until neither has anything to say.
-    fn settle(&mut self) {
+    pub(crate) fn settle(&mut self) {
         while let Some(request) = self.client.poll_transmit().and_then(Transmit::into_frame) {
             let mut replies = Vec::new();
             let now = self.sim_time();
@@ -74,7 +74,7 @@ impl Pair {
     }
 
     /// One mirror turn. True if the client got a scan.
-    fn turn(&mut self, echoes: &[MeasuredEcho]) -> bool {
+    pub(crate) fn turn(&mut self, echoes: &[MeasuredEcho]) -> bool {
         self.now +=
             Duration::from_micros(1_000_000 * 100 / u64::from(self.device.mirror().frequency_centihz));
         let at = self.sim_time();
@@ -91,7 +91,7 @@ impl Pair {
 }
 
 /// Ranges and remissions that differ from beam to beam and turn to turn, with misses.
-fn measured(beams: usize, echoes: usize, turn: usize) -> Vec<MeasuredEcho> {
+pub(crate) fn measured(beams: usize, echoes: usize, turn: usize) -> Vec<MeasuredEcho> {
     (0..echoes)
         .map(|echo| {
             let seed = |beam: usize| beam * 7919 + echo * 104_729 + turn * 1_299_709;
@@ -315,7 +315,13 @@ fn replies_that_come_twice_and_events_between_are_tolerated() {
         fatal: false,
     };
     assert_eq!(reply(&mut client, "sAN SetAccessMode 0"), [wrong]);
-    assert_eq!(request(&mut client), "sWN LMDscandatacfg 1 0 0 0 0 0 0 0 0 0 0 1");
+    // Settings that others may have left: it has none of them.
+    let mut asked = request(&mut client);
+    while let Some(name) = asked.strip_prefix("sRN ") {
+        assert_eq!(reply(&mut client, "sFA 3"), [], "{name}");
+        asked = request(&mut client);
+    }
+    assert_eq!(asked, "sWN LMDscandatacfg 1 0 0 0 0 0 0 0 0 0 0 1");
     reply(&mut client, "sWA LMDscandatacfg");
     assert_eq!(request(&mut client), "sMN LMCstartmeas");
     reply(&mut client, "sMA LMCstartmeas");
@@ -336,9 +342,58 @@ fn replies_that_come_twice_and_events_between_are_tolerated() {
 #[test]
 fn a_hundred_other_telegrams_are_too_many() {
     let mut client = ColaClient::new(ColaConfig::default(), Dialect::A);
-    for _ in 0..100 {
+    assert_eq!(request(&mut client), "sRN DeviceIdent");
+    for _ in 0..201 {
         assert!(reply(&mut client, "sSN LIDinputstate 1 0 2 2 2 2 0").is_empty());
     }
+    assert_eq!(request(&mut client), "sRN DeviceIdent", "asked once more");
     let events = reply(&mut client, "sSN LIDinputstate 1 0 2 2 2 2 0");
     assert_eq!(events, [HostEvent::NoAnswer { command: "DeviceIdent" }]);
+}
+
+/// Each reply of the start-up is damaged once, in either dialect and at either end of the telegram: it is asked for again, and the start-up goes on.
+#[test]
+fn a_reply_that_is_lost_or_damaged_is_asked_for_once_more() {
+    for (dialect, first_byte) in [(Dialect::A, 0), (Dialect::B, 0), (Dialect::B, 9)] {
+        let replies = start_up(dialect, &|_, _| {}).1;
+        for damaged in 1..replies {
+            let (events, _) = start_up(dialect, &|place, bytes: &mut Vec<u8>| {
+                if place == damaged {
+                    bytes[first_byte] ^= 0x20;
+                }
+            });
+            assert!(matches!(events[..], [HostEvent::Ready(_)]), "{dialect} {damaged}: {events:?}");
+            // Twice is too often.
+            let (events, _) = start_up(dialect, &|place, bytes: &mut Vec<u8>| {
+                if place >= damaged {
+                    bytes[first_byte] ^= 0x20;
+                }
+            });
+            assert!(matches!(events[..], [HostEvent::NoAnswer { .. }]), "{dialect} {damaged}: {events:?}");
+        }
+    }
+}
+
+/// A start-up whose replies are damaged so, by their number: its events, and how many replies there were.
+fn start_up(dialect: Dialect, damage: &dyn Fn(usize, &mut Vec<u8>)) -> (Vec<HostEvent>, usize) {
+    let (mut device, mut session) = (device(MODELS[0]), Session::new(DialectPolicy::Auto));
+    let mut client = ColaClient::new(ColaConfig::default(), dialect);
+    let (mut now, mut place, mut events) = (Duration::ZERO, 0, Vec::new());
+    while events.is_empty() {
+        while let Some(request) = client.poll_transmit().and_then(Transmit::into_frame) {
+            let mut replies = Vec::new();
+            session.handle_bytes(&mut device, SimTime::ZERO + now, &request, &mut replies);
+            for reply in replies {
+                let mut bytes = reply.bytes;
+                damage(place, &mut bytes);
+                place += 1;
+                client.handle_bytes(now, &bytes);
+            }
+            events.extend(std::iter::from_fn(|| client.poll_event()));
+        }
+        now = client.poll_timeout().unwrap_or(now);
+        client.handle_timeout(now);
+        events.extend(std::iter::from_fn(|| client.poll_event()));
+    }
+    (events, place)
 }

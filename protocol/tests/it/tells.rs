@@ -25,6 +25,23 @@ fn no_two_scanners_of_a_bench_have_their_numbers_in_common() {
     assert_eq!(Identity::of(MODELS[0], 0).serial_number, 26_110_001, "golden files know it");
 }
 
+/// The first run's numbers are those that golden files know; seeds that follow on each other, and all that a program is likely to be given, are apart.
+#[test]
+fn no_two_runs_have_a_scanner_in_common() {
+    let mut serials = BTreeSet::new();
+    for seed in 0..9000 {
+        for (model, index) in model::all().flat_map(|model| [0, 1].map(|index| (model, index))) {
+            let of = Identity::of(model, index);
+            let found = of.clone().of_run(seed).serial_number;
+            assert!((10_000_000..100_000_000).contains(&found), "eight digits: {found}, seed {seed}");
+            assert_eq!(found == of.serial_number, seed == 1, "{found}, seed {seed}");
+            assert!(serials.insert(found), "{} {index}, seed {seed}", model.name);
+        }
+    }
+    let last = Identity::of(MODELS[0], 0).of_run(u64::MAX).serial_number;
+    assert!((10_000_000..100_000_000).contains(&last), "{last}");
+}
+
 #[test]
 fn what_a_model_says_of_itself_leads_back_to_it() {
     for model in model::all() {

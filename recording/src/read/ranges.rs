@@ -5,10 +5,11 @@
 //! received_s,telegram_counter,scan_time_us,status,range_0,range_1, …
 //! 0.000,1,1000000,0,1523,1530, …
 //! ```
-//! `model` and `serial` may stand in the header too. 0, or nothing between two commas, is a beam without an echo. `received_s` is the host's clock,
+//! `model` and `serial` may stand in the header too. 0, or nothing between two commas, is a beam without an echo, NaN one of which that is not known. `received_s` is the host's clock,
 //! and empty or NaN where nobody knows it; older files call it `time_s`. `status` is the number of a [`DeviceStatus`]; files without it say that all is well.
 
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::optics::DAZZLED_MM;
 use rowscan_protocol::telegram::wire::FixedText;
 use rowscan_protocol::telegram::{Channel, Kind, LmdScandata, Variable, encode_frame};
 use rowscan_protocol::validity::DeviceStatus;
@@ -196,11 +197,9 @@ impl Header {
         channel.values.clear();
         for cell in cells {
             if cell.eq_ignore_ascii_case("nan") {
-                return Err(wrong(
-                    line,
-                    "ranges that are known, since this form has no word for others (`--what shots` has all that are known)",
-                    cell,
-                ));
+                // As devices say that they cannot tell what a beam met.
+                channel.values.push(DAZZLED_MM);
+                continue;
             }
             let range: f64 = if cell.is_empty() { 0.0 } else { cell.parse().unwrap_or(f64::NAN) };
             let value = (range * unit_mm / f64::from(channel.scale)).round();
@@ -249,6 +248,24 @@ mod tests {
             reader.push(Duration::ZERO, &packets[0]);
             let scan = reader.next_scan().expect("a scan");
             assert_eq!((scan.status, scan.echoes[0].range_m.len()), (status, 3));
+        }
+    }
+
+    #[test]
+    fn what_a_beam_met_is_a_range_or_nothing_or_not_known() {
+        // With each scale that a telegram may have.
+        for farthest in [250.5, 8000.0, 60_000.0] {
+            let (packets, _) =
+                packets(&format!("{HEAD}0,1,2,NaN,0,{farthest}\n0,2,3,0,nan,NAN\n")).expect("sound");
+            let mut reader = ScanReader::new(StreamKind::Cola, MAX_PAYLOAD).expect("a scanner's");
+            let mut told = packets.iter().map(|packet| {
+                reader.push(Duration::ZERO, packet);
+                let range_m = &reader.next_scan().expect("a scan").echoes[0].range_m;
+                range_m.iter().map(|range| (range.is_nan(), range.is_infinite())).collect::<Vec<_>>()
+            });
+            let (unknown, miss, met) = ((true, false), (false, true), (false, false));
+            assert_eq!(told.next(), Some(vec![unknown, miss, met]), "{farthest}");
+            assert_eq!(told.next(), Some(vec![miss, unknown, unknown]), "{farthest}");
         }
     }
 

@@ -86,6 +86,7 @@ impl Follower {
                 Err(_) => false,
             };
             let (broken_off, models) = (scanner.broken_off(), scanner.models());
+            let settings = scanner.settings();
             let counts = scanner.stop(STOP_TIMEOUT).await;
             drop(telling);
             if let Some(feed) = self.feed.as_mut().filter(|_| again) {
@@ -94,7 +95,8 @@ impl Follower {
                 continue;
             }
             let mut estimate = self.pipeline.finish();
-            estimate.heard_over(counts.telegrams_bad, counts.segments_lost);
+            estimate.heard_over(counts.telegrams_bad, counts.segments);
+            estimate.set_up(settings);
             if let Some(place) = broken_off {
                 estimate.broken_off(place);
             }

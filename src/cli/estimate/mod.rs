@@ -35,8 +35,8 @@ use super::{Failure, Format, Outcome, models, progress, scene, service};
 use crate::export::map::LeafMap;
 use follower::{Followed, Follower};
 use map::{MapArgs, Maps, Way};
-use print::ScannerReport;
 pub(super) use print::warnings;
+use print::{By, ScannerReport};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -85,6 +85,9 @@ pub(super) struct Args {
     /// How to write the estimate
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+    /// What a line of --format csv is of; the other formats tell both
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
+    by: By,
     #[command(flatten)]
     map: MapArgs,
     #[command(flatten)]
@@ -429,7 +432,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         if rig.is_none() {
             say("no rig given: areas stay unknown; say where the scanner sits with --rig");
         }
-        print::print(args.format, &told)?;
+        print::print(args.format, args.by, &told)?;
         if let Some(map) = map {
             is_mapped = maps.write(&map?)?;
         }

@@ -38,40 +38,94 @@ struct Row<'a, T> {
     scanner: Option<usize>,
     #[serde(flatten)]
     row: &'a T,
+    #[serde(flatten)]
+    whole: Option<Whole>,
 }
 
-/// Writes estimates: one as a document, several as a document of documents; as CSV the trees, or without any the row's numbers, or the estimators
-/// side by side if any were asked for.
-pub(super) fn print(format: Format, all: &[ScannerReport]) -> Result<(), Failure> {
+/// What a reader of one tree must know of the whole estimate.
+#[derive(Serialize)]
+struct Whole {
+    scans_lost: Option<u64>,
+    segments_lost: u64,
+    telegrams_bad: u64,
+    warnings: String,
+}
+
+impl Whole {
+    fn of(estimate: &Estimate) -> Self {
+        let &Estimate { scans_lost, segments_lost, telegrams_bad, .. } = estimate;
+        Self { scans_lost, segments_lost, telegrams_bad, warnings: codes(&estimate.warnings) }
+    }
+}
+
+/// The codes of warnings, each once, with blanks between them.
+fn codes(warnings: &[Warning]) -> String {
+    let mut codes: Vec<&str> = Vec::new();
+    warnings.iter().map(Warning::code).for_each(|code| {
+        if !codes.contains(&code) {
+            codes.push(code);
+        }
+    });
+    codes.join(" ")
+}
+
+/// What a line of CSV is of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(in super::super) enum By {
+    /// A scanner's whole row
+    #[default]
+    Row,
+    /// A tree, by the rig's spacing
+    Tree,
+}
+
+/// Writes estimates: one as a document, several as a document of documents; as CSV a line a scanner, or a line a tree, or the estimators side by side if any
+/// were asked for.
+pub(super) fn print(format: Format, by: By, all: &[ScannerReport]) -> Result<(), Failure> {
     match (format, all) {
         (Format::Json, [one]) => output::print_json(format, one),
         (Format::Json, all) => output::print_json(format, &All { scanners: all }),
         (Format::Jsonl, all) => all.iter().try_for_each(|told| output::print_json(format, told)),
         (Format::Csv, all) if all.iter().any(|told| !told.side_by_side.is_empty()) => {
-            output::print_rows(format, &rows(all, |told| &told.side_by_side))
+            output::print_rows(format, &rows(all, |told| &told.side_by_side, |_| None))
         }
-        (Format::Csv, all) if all.iter().all(|told| told.estimate.trees.is_empty()) => {
-            // Nothing by tree: the row's numbers are what there is.
+        (Format::Csv, all) if by == By::Row => {
             output::print_rows(format, &all.iter().map(numbers).collect::<Result<Vec<_>, _>>()?)
         }
-        (Format::Csv, all) => output::print_rows(format, &rows(all, |told| &told.estimate.trees)),
+        (Format::Csv, all) => {
+            for told in all.iter().filter(|told| told.estimate.trees.is_empty()) {
+                let why = codes(&told.estimate.warnings);
+                output::say(format_args!(
+                    "no tree is told: {}",
+                    if why.is_empty() { "there is no rig" } else { &why }
+                ));
+            }
+            let whole = |estimate: &Estimate| Some(Whole::of(estimate));
+            output::print_rows(format, &rows(all, |told| &told.estimate.trees, whole))
+        }
         (Format::Table, all) => all.iter().try_for_each(print_table),
     }
 }
 
-/// The numbers of a whole row, without its lists and tables.
+/// The numbers of a whole row, without its lists and tables; of its warnings the codes.
 fn numbers(told: &ScannerReport) -> Result<Map<String, Value>, Failure> {
     let failed = |cause: serde_json::Error| Failure::Write { what: "CSV".to_owned(), cause: cause.into() };
     let all = serde_json::to_value(told as &dyn erased_serde::Serialize).map_err(failed)?;
     let Value::Object(mut all) = all else { return Ok(Map::new()) };
     all.retain(|_, value| !value.is_array() && !value.is_object());
+    all.insert("warnings".to_owned(), Value::String(codes(&told.estimate.warnings)));
     Ok(all)
 }
 
-fn rows<'a, T>(all: &'a [ScannerReport], of: impl Fn(&'a ScannerReport) -> &'a Vec<T>) -> Vec<Row<'a, T>> {
+fn rows<'a, T>(
+    all: &'a [ScannerReport],
+    of: impl Fn(&'a ScannerReport) -> &'a Vec<T>,
+    whole: impl Fn(&Estimate) -> Option<Whole>,
+) -> Vec<Row<'a, T>> {
     let mut rows = Vec::new();
     for told in all {
-        rows.extend(of(told).iter().map(|row| Row { scanner: told.scanner, row }));
+        let row = |row| Row { scanner: told.scanner, row, whole: whole(&told.estimate) };
+        rows.extend(of(told).iter().map(row));
     }
     rows
 }
@@ -107,7 +161,7 @@ fn facts(estimate: &Estimate) -> String {
             "{} ({} repeated, {} lost, {} left out, {} bad telegrams)",
             estimate.scans,
             estimate.scans_repeated,
-            estimate.scans_lost,
+            estimate.scans_lost.map_or_else(|| "an unknown number".to_owned(), |lost| lost.to_string()),
             estimate.scans_excluded,
             estimate.telegrams_bad
         ),
@@ -118,8 +172,13 @@ fn facts(estimate: &Estimate) -> String {
             format!("{}, behind scans that followed them: they are no line of the row", estimate.scans_late),
         );
     }
-    if estimate.segments_lost > 0 {
-        line("segments lost", estimate.segments_lost.to_string());
+    let segments = [
+        ("segments lost", estimate.segments_lost),
+        ("segments doubled", estimate.segments_doubled),
+        ("segments contrary", estimate.segments_contradicting),
+    ];
+    for (name, count) in segments.into_iter().filter(|(_, count)| *count > 0) {
+        line(name, count.to_string());
     }
     line(
         "scan frequency",

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use rowscan_canopy::Sample;
 use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Provenance};
+use rowscan_canopy::{Estimate, Sample};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{EchoChoice, RemissionReading};
@@ -61,7 +61,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let rows = Rows { seeds, lai: args.lai };
     let trials = tries(&scene, &rows, model, None).await?;
     let canopy = mean_class(trials.iter().map(|trial| &trial.class)).canopy;
-    let class = class_of(&scene, model, canopy);
+    let class = CalibrationClass {
+        line_spacing_m: line_spacing_m(trials.iter().map(|trial| &trial.estimate)),
+        ..class_of(&scene, model, canopy)
+    };
     let samples: Vec<Sample> =
         trials.iter().filter_map(|trial| Sample::of(&trial.estimate, trial.truth.leaf_area_m2)).collect();
     let calibration = rowscan_canopy::fit(&samples, class, provenance)?;
@@ -96,6 +99,15 @@ fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationC
         },
         optics: rig.optics.into(),
         distance_m: mount.map(|mount| mount.distance_m),
+        line_spacing_m: None,
         canopy,
     }
+}
+
+/// How far apart lines lie on these rows, the mean, to a tenth of a millimetre; `None` where one does not tell.
+pub(super) fn line_spacing_m<'a>(rows: impl IntoIterator<Item = &'a Estimate>) -> Option<f64> {
+    let spacing_m: Option<Vec<f64>> =
+        rows.into_iter().map(|row| row.contact.as_ref()?.line_spacing_m).collect();
+    let spacing_m = spacing_m.filter(|rows| !rows.is_empty())?;
+    Some((rowscan_canopy::regression::mean(&spacing_m) * 1e4).round() / 1e4)
 }

@@ -12,6 +12,7 @@ use rowscan_study::calibrations::{load_calibration, load_calibration_for};
 use rowscan_study::field::{self, FieldReport, MeasuredPiece, Planned, ScannedPiece};
 use rowscan_study::reading::{CalibrationChoice, Reading};
 
+use super::calibration::line_spacing_m;
 use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, say, share};
 use crate::cli::{Failure, Format, Outcome, progress};
@@ -67,13 +68,14 @@ async fn calibrate(args: &Args, rig: &Rig, sheet: &Path) -> Result<Outcome, Fail
     let text = rowscan_files::read_text(sheet).map_err(|cause| told(&cause))?;
     let measured = field::read(&text).map_err(|cause| told(&cause))?;
     args.output.as_deref().map_or(Ok(()), output::can_be_written)?;
-    let class = class(args, rig)?;
+    let nearest = class(args, rig)?;
     let folder = sheet.parent().unwrap_or(Path::new(""));
     let mut recordings: Vec<&str> = measured.iter().map(|piece| piece.recording.as_str()).collect();
     recordings.sort_unstable();
     recordings.dedup();
     let bar = progress::bar("reading", "recordings", recordings.len() as u64);
     let mut scanned: Vec<(u64, ScannedPiece)> = Vec::new();
+    let mut rows = Vec::new();
     for recording in recordings {
         let estimate = estimate(args, rig, &folder.join(recording)).await?;
         let own = measured.iter().filter(|piece| piece.recording == recording);
@@ -83,9 +85,11 @@ async fn calibrate(args: &Args, rig: &Rig, sheet: &Path) -> Result<Outcome, Fail
             Ok((piece.line, scanned))
         };
         scanned.extend(own.map(piece).collect::<Result<Vec<_>, Failure>>()?);
+        rows.push(estimate);
         bar.inc(1);
     }
     bar.finish_and_clear();
+    let class = CalibrationClass { line_spacing_m: line_spacing_m(&rows), ..nearest };
     scanned.sort_by_key(|(line, _)| *line);
     let pieces: Vec<ScannedPiece> = scanned.into_iter().map(|(_, piece)| piece).collect();
     let command = format!("rowscan study field {} --rig {}", sheet.display(), args.rig);

@@ -96,7 +96,7 @@ impl Feed {
         if let Some(counts) = self.counts.get(self.place) {
             *lock(counts) = ScannerGauge {
                 scans: Some(progress.scans),
-                lost: Some(progress.scans_lost),
+                lost: progress.scans_lost,
                 repeated: Some(progress.scans_repeated),
                 missed: Some(progress.turns_left_out),
                 bad: Some(telegrams_bad),

@@ -130,6 +130,7 @@ impl ClassFile {
     fn checked(self, axis: &str, base: Scene) -> Result<Class, Complaint> {
         let refuse = |name: &str, why: String| Complaint::new(name, format!("class `{name}`: {why}"));
         let with = |scene: &Scene, keys: &Table| {
+            settings::of_first_scanner(keys.keys().map(String::as_str))?;
             let settings: Vec<Setting<'_>> =
                 keys.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
             settings::set_in_scene(scene, &settings)

@@ -13,6 +13,7 @@ fn class() -> CalibrationClass {
         echo_rule: EchoRule::First,
         optics: Optics::Measured,
         distance_m: Some(2.0),
+        line_spacing_m: None,
         canopy: CanopyClass::default(),
     }
 }

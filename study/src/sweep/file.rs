@@ -204,7 +204,8 @@ fn study(
     // Every key must name something: tried with the axis' first value.
     for axis in &study.sweep {
         let about = axis.keys.first().cloned().unwrap_or_default();
-        study.scene_with(axis, 0).map_err(|why| Complaint::new(about, format!("sweep {why}")))?;
+        let tried = study.scene_with(axis, 0).and_then(|_| study.looks_at(axis));
+        tried.map_err(|why| Complaint::new(about, format!("sweep {why}")))?;
     }
     Ok(study)
 }
@@ -229,6 +230,14 @@ impl SweepStudy {
             sprayer.with(&settings)?;
         }
         settings::set_in_scene(&self.scene, &self.of_scene(settings))
+    }
+
+    /// A sprayer looks through all scanners of its rig, everything else through the first.
+    fn looks_at(&self, axis: &Axis) -> Result<(), String> {
+        if self.sprayer.is_some() {
+            return Ok(());
+        }
+        settings::of_first_scanner(axis.keys.iter().map(String::as_str))
     }
 
     /// The shelf with every file that the scene, or a value of an axis, names.

@@ -81,6 +81,7 @@ fn class() -> CalibrationClass {
         echo_rule: EchoRule::First,
         optics: Optics::Ideal,
         distance_m: None,
+        line_spacing_m: None,
         canopy: CanopyClass::default(),
     }
 }

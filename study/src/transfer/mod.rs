@@ -45,6 +45,9 @@ pub struct TransferRow {
     pub canopy: CanopyClass,
     /// From the scanner to the row plane, as the estimator is told, metres.
     pub distance_m: Option<f64>,
+    /// Between lines, metres; unknown in journals of versions before it.
+    #[serde(default)]
+    pub line_spacing_m: Option<f64>,
 }
 
 /// The estimators that are a density times a volume: one factor calibrates them.
@@ -86,6 +89,7 @@ impl Study for TransferStudy {
             densities_m2: DENSITIES.map(|name| raw(estimate, name)),
             canopy: trial.class.canopy,
             distance_m: estimate.mount.map(|mount| mount.distance_m),
+            line_spacing_m: estimate.contact.and_then(|contact| contact.line_spacing_m),
         })
     }
 }

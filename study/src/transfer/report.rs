@@ -1,6 +1,6 @@
 //! The matrix: fitted on one class, tried on another.
 
-use rowscan_canopy::ClassKey;
+use rowscan_canopy::{ClassKey, ScanGeometry};
 use serde::Serialize;
 
 use super::fits::{ESTIMATORS, Fits};
@@ -108,7 +108,12 @@ impl<'a> Rows<'a> {
     /// A property's mean over a class's rows.
     fn number(&self, class: usize, key: ClassKey) -> Option<f64> {
         let rows = [true, false].into_iter().flat_map(|fitted| self.half(class, fitted));
-        let numbers: Option<Vec<f64>> = rows.map(|row| key.number(&row.canopy, row.distance_m)).collect();
+        let numbers: Option<Vec<f64>> = rows
+            .map(|row| {
+                let TransferRow { distance_m, line_spacing_m, .. } = *row;
+                key.number(&row.canopy, ScanGeometry { distance_m, line_spacing_m })
+            })
+            .collect();
         numbers
             .filter(|numbers| !numbers.is_empty())
             .map(|numbers| rowscan_canopy::regression::mean(&numbers))

@@ -11,6 +11,8 @@ use rowscan_protocol::time::SimTime;
 use super::*;
 use crate::DriverError;
 
+mod answers;
+
 /// The scanner's number, in its telegrams too.
 const SERIAL: u32 = 24_130_021;
 
@@ -215,6 +217,14 @@ fn the_start_up_is_that_of_sicks_sdk_and_ends_with_a_datagram() {
     }
 }
 
+/// The name of a setting that was put right.
+fn put_right(event: &HostEvent) -> Option<&'static str> {
+    match event {
+        HostEvent::Leftover { setting, refused: None } => Some(setting.name),
+        _ => None,
+    }
+}
+
 /// Beams that a filter takes away look like misses: what another client has left is switched off, with a message.
 #[test]
 fn filters_that_were_on_are_switched_off_with_a_message_whatever_the_model_has() {
@@ -237,15 +247,31 @@ fn filters_that_were_on_are_switched_off_with_a_message_whatever_the_model_has()
             ("LFPradialDistanceRangeFilter".to_owned(), json!({ "LFPradialDistanceRangeFilter": radial })),
         ];
         assert_eq!(written, expected);
-        let told: Vec<_> = bench.events().into_iter().collect();
-        let [HostEvent::Limited { what: first }, HostEvent::Limited { what: second }] = &told[..] else {
-            panic!("{told:?}")
-        };
-        assert!(first.contains("LFPangleRangeFilter") && second.contains("LFPradialDistanceRangeFilter"));
+        let told = bench.events();
+        let names: Vec<_> = told.iter().filter_map(put_right).collect();
+        assert_eq!(names, ["LFPangleRangeFilter", "LFPradialDistanceRangeFilter"], "{told:?}");
     }
     let mut bench = as_delivered();
     bench.answer_all(Some(&[1, 2]));
     assert_eq!(bench.events(), [], "a model without them is no news");
+    // One that keeps its filter says so with the filter's name.
+    let mut bench = as_delivered();
+    bench.filters = vec![("LFPintervalFilter", json!({ "bEnable": true, "uiReductionFactor": 2 }))];
+    bench.answer_up_to("POST /api/getChallenge");
+    bench.hear(&refusal(403, 4));
+    let told = bench.events();
+    assert!(matches!(told[..], [HostEvent::Refused { command: LOGIN, fatal: true, .. }]), "{told:?}");
+    let mut bench = as_delivered();
+    bench.filters = vec![("LFPintervalFilter", json!({ "bEnable": true, "uiReductionFactor": 2 }))];
+    bench.answer_up_to("POST /api/LFPintervalFilter");
+    bench.hear(&refusal(400, 8));
+    bench.answer_all(Some(&[1, 2]));
+    let told = bench.events();
+    let [HostEvent::Leftover { setting, refused: Some(Refusal::Rest { status: Some(8), .. }) }] = &told[..]
+    else {
+        panic!("{told:?}")
+    };
+    assert_eq!(setting.name, "LFPintervalFilter");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::super::step::Step;
 use super::Machine;
 use crate::host::HostEvent;
+use crate::lms2xx::Variant;
 use crate::lms2xx::configuration::Configuration;
 use crate::lms2xx::model;
 use crate::lms2xx::settings_reply::SettingsReply;
@@ -62,15 +63,37 @@ impl Machine {
         self.known.model.is_some_and(|model| model.reflectivity)
     }
 
-    /// Tells what the configuration block, now read, shows that the device cannot do.
+    /// Tells what the configuration block, now read, shows that the device cannot do, and what another client has left that takes values away. Neither is
+    /// written here: the block and its EEPROM are the user's.
     pub(super) fn tell_limits(&mut self) {
-        let what = match self.known.configuration {
-            None => "its configuration block has an unknown length: it keeps its settings",
-            Some(block) if !block.has_indices() && self.config.real_time_index => {
-                "its firmware has no scan index (a configuration block of 32 bytes): lost scans cannot be counted"
-            }
-            Some(_) => return,
+        let of_block = match self.known.configuration {
+            None => Some("its configuration block has an unknown length: it keeps its settings"),
+            Some(block) if !block.has_indices() && self.config.real_time_index => Some(
+                "its firmware has no scan index (a configuration block of 32 bytes): lost scans cannot be counted",
+            ),
+            Some(_) => None,
         };
-        self.events.push_back(HostEvent::Limited { what });
+        let fades_out = self.known.configuration.is_some_and(|block| block.fades_out_single_values()).then_some(
+            "its threshold for single values is on (A2 of the configuration block): weak echoes look like misses; switch it off with the maker's software",
+        );
+        let narrow = self.is_narrow().then_some(
+            "it sends 100° where its model has 180° at this resolution (3B): nothing is known of the rest; name the mount's resolution_deg, or set the angle with the \
+             maker's software",
+        );
+        let all = [of_block, fades_out, narrow].into_iter().flatten();
+        self.events.extend(all.map(|what| HostEvent::Limited { what }));
+    }
+
+    /// True where its angle is narrower than its model's at the same resolution, and no other is asked for.
+    fn is_narrow(&self) -> bool {
+        let widest = |variant: Variant| {
+            let alike = self.known.model.map_or(&[][..], |model| model.variants).iter();
+            alike
+                .filter(move |other| other.step_centideg == variant.step_centideg)
+                .map(|other| other.angle_deg)
+                .max()
+        };
+        let kept = self.known.variant.filter(|_| self.config.variant.is_none());
+        kept.is_some_and(|variant| widest(variant) > Some(variant.angle_deg))
     }
 }

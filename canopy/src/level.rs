@@ -1,0 +1,77 @@
+//! Whether what counts as canopy is a level surface: the ground, where a rig's height or roof puts it among the leaves.
+//!
+//! The ground is what lies below the rig's clearance. A height told a little too high, or a mirror told the wrong way up, leaves nothing there; then the real
+//! ground is a level surface somewhere above it. Foliage has none: of a crown of 2 m no 20 cm hold a third of the returns.
+
+use crate::geometry::{BeamTable, Frame};
+
+/// Height of a bin, metres.
+const BIN_M: f64 = 0.1;
+/// Lowest height that is counted, metres.
+const LOWEST_M: f64 = -2.0;
+/// Bins, up to 10 m.
+const BINS: usize = 120;
+/// Share of the canopy's returns in two neighbouring bins that makes them level.
+const LEVEL_SHARE: f64 = 0.3;
+/// Share of all returns that the ground has at least where it is what the rig says.
+const GROUND_SHARE: f64 = 0.01;
+/// Returns below which nothing is said.
+const LEAST: u64 = 1000;
+
+/// The canopy's returns by height.
+#[derive(Clone, Debug)]
+pub(crate) struct Levels {
+    bins: [u64; BINS],
+    returns: u64,
+}
+
+impl Default for Levels {
+    fn default() -> Self {
+        Self { bins: [0; BINS], returns: 0 }
+    }
+}
+
+/// A level surface among the canopy's returns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LevelSurface {
+    /// Its height above the ground that the rig tells, metres.
+    pub(crate) z_m: f64,
+    /// Share of the canopy's returns on it.
+    pub(crate) share: f64,
+}
+
+impl Levels {
+    /// Adds a return of the canopy.
+    pub(crate) fn add(&mut self, z_m: f64) {
+        self.returns += 1;
+        let bin = (z_m - LOWEST_M) / BIN_M;
+        if let Some(count) = (bin >= 0.0).then(|| self.bins.get_mut(bin as usize)).flatten() {
+            *count += 1;
+        }
+    }
+
+    /// The level surface that is the ground by all appearance: beams of this table lead to the ground that the rig tells, and none of them, but for stray
+    /// ones, met it.
+    pub(crate) fn mistaken_ground(
+        &self,
+        ground_returns: u64,
+        table: &BeamTable,
+        frame: &Frame,
+    ) -> Option<LevelSurface> {
+        let all = self.returns + ground_returns;
+        if self.returns < LEAST || ground_returns as f64 > GROUND_SHARE * all as f64 {
+            return None;
+        }
+        let leads_down = |sin: f64, cos: f64| {
+            sin < 0.0 && (frame.height_m - frame.ground_clearance_m) * cos < -sin * frame.distance_m
+        };
+        if !table.beams().iter().flatten().any(|beam| leads_down(beam.sin, beam.cos)) {
+            return None;
+        }
+        let pairs = self.bins.iter().zip(self.bins.iter().skip(1)).map(|(low, high)| low + high);
+        let (bin, most) = pairs.enumerate().max_by_key(|(_, count)| *count)?;
+        let share = most as f64 / self.returns as f64;
+        let z_m = LOWEST_M + (bin as f64 + 1.0) * BIN_M;
+        (share >= LEVEL_SHARE).then_some(LevelSurface { z_m, share })
+    }
+}

@@ -1,0 +1,236 @@
+//! Warnings in words: the code, what was found, what follows, and what to do.
+
+use std::fmt;
+
+use rowscan_protocol::model::AnyModel;
+
+use super::Warning;
+use crate::class::ClassKey;
+use crate::gate::Exclusion;
+use crate::remission::RemissionScale;
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.code())?;
+        match self {
+            Self::Uncalibrated => {
+                f.write_str("leaf area is the raw contact frequency, wood included; name a calibration in the rig")
+            }
+            Self::NoFarRowGate => {
+                f.write_str("the rig has no row_spacing_m, so returns from the next row count as canopy")
+            }
+            Self::OpticsUnknown => f.write_str(
+                "the rig does not say how wide the scanner's beams are, and a real beam's width makes leaf area by contact 1.5 to 3 times as large: leaf areas \
+                 are withheld; add optics = \"device\" below [rig] for a real scanner or scans through the device's optics, optics = \"ideal\" for \
+                 simulated rays",
+            ),
+            Self::WeakRegression { r2 } => write!(
+                f,
+                "the calibration's regression on I_T tells {:.0} % of what rows differ by, of rows that were not fitted: it is withheld",
+                100.0 * r2.max(0.0)
+            ),
+            Self::SharesDisagree { ratio, band: [low, high] } => write!(
+                f,
+                "shares of spots say {ratio:.2} times what contact says, the calibration's rows {low:.2} to {high:.2} times: something changes the power that \
+                 returns (a dirty or wet window, wet or other leaves, a misread card), or the row is of another class; the leaf area is by contact"
+            ),
+            Self::NoWitness => f.write_str(
+                "the calibration does not say how shares of spots and contact agree ([witness]): the leaf area is by contact; make the calibration anew with \
+                 `rowscan study calibration`",
+            ),
+            Self::CardTooShort => write!(
+                f,
+                "the card of rig.scanner.remission has too few readings for its curve: expected {} or more, {} of them on each side of the near field's end \
+                 (1.5 m), neighbours within a factor of {}; the leaf area is by contact",
+                RemissionScale::LEAST_READINGS,
+                RemissionScale::LEAST_A_SIDE,
+                RemissionScale::WIDEST_STEP
+            ),
+            Self::CardLaw { misfit } => write!(
+                f,
+                "the other cards of rig.scanner.remission are {:.1} digits off the logarithm of power that digits_a_decade says, {:.1} off a line and {:.1} off a \
+                 square root ({}): the leaf area is by contact; measure the cards anew, correct digits_a_decade, or say with power_sd how little is known",
+                misfit.logarithm, misfit.line, misfit.root, misfit.best()
+            ),
+            Self::CalibratedOnRays => f.write_str(
+                "the calibration was fitted on ideal rays: contact, voxel, polar and gap are corrected for the scanner's spot, the regression on I_T is \
+                 withheld",
+            ),
+            Self::RemissionAssumed => f.write_str(
+                "shares of spots are told by the curve that the scanner model assumes for remission: right for simulated scans; a real scanner needs a \
+                 card (rig.scanner.remission with curve = \"card\")",
+            ),
+            Self::RemissionMissing { hits, read } => write!(
+                f,
+                "only {read} of {hits} hits have a remission: the leaf area is by contact; record with remission, or leave rig.scanner.remission out"
+            ),
+            Self::EchoUnknown => f.write_str(
+                "the recording does not say which echo its scans hold, and this model may send the last one: leaf areas are withheld; say which it was \
+                 with --echo first, --echo last or the mount's echo",
+            ),
+            Self::ClassMismatch { key, expected, found } => {
+                write!(f, "the calibration's {key} is {expected}, this is {found}")
+            }
+            Self::OutsideClass { key, expected, found, calibrated, relative_sd } => {
+                let by = if *calibrated { "the calibration holds for" } else { "without calibration it is taken for" };
+                write!(f, "{} is {found}, {by} {expected}", key.name())?;
+                apart(f, *relative_sd)?;
+                if *key == ClassKey::LineSpacing {
+                    f.write_str("; few lines a voxel read high: a voxel is as large as the rig's `speed_m_s` asks, so say the speed that was driven")?;
+                }
+                Ok(())
+            }
+            Self::ClassUnknown { keys, relative_sd } => {
+                let names: Vec<&str> = keys.iter().map(|key| key.name()).collect();
+                write!(f, "whether the leaf area holds for this row is not known: {}", names.join(", "))?;
+                apart(f, *relative_sd)
+            }
+            Self::OutsideFittedRange { estimator, value_m2_per_m, low_m2_per_m, high_m2_per_m, refused } => write!(
+                f,
+                "{estimator} was fitted on {low_m2_per_m:.3}..{high_m2_per_m:.3} m²/m, found {value_m2_per_m:.3}{}",
+                if *refused { ": withheld" } else { "" }
+            ),
+            Self::TreesRefused { estimator, trees } => {
+                write!(f, "{trees} trees lie far outside the range {estimator} was fitted on: withheld")
+            }
+            Self::NoFoliage { share } => write!(
+                f,
+                "{:.0} % of the hits stand denser than any foliage (100 m² of leaves a m³), as on a wall or a sheet: leaf areas are withheld",
+                100.0 * share
+            ),
+            Self::BehindStart { length_m } => write!(
+                f,
+                "{length_m:.2} m of row were passed in reverse, behind the first scan: lines count from there on ahead only, so start at the row's beginning"
+            ),
+            Self::GapsNotFilled { gaps, length_m } => {
+                write!(f, "{gaps} gaps in the scan lines, {length_m:.2} m of row not scanned")
+            }
+            Self::Restarts { restarts } => {
+                write!(
+                    f,
+                    "{restarts} restarts or jumps of the device's clock or counter: how many scans were lost meanwhile, and the way driven, are unknown; the way goes by the \
+                     speed before and the time that the host counted, where it counted one"
+                )
+            }
+            Self::NoDeviceClock { scans } => {
+                write!(f, "the device clock stood still for {scans} scans; they are timed by the nominal frequency")
+            }
+            Self::BrokenOff { place } => {
+                write!(f, "the recording is {place}; the estimate is of the scans that can be read, however much of the row they show")
+            }
+            Self::Setting(note) => write!(f, "{note}"),
+            Self::OtherModel { taken_for, found } => {
+                let listed = |name: fn(AnyModel) -> &'static str| {
+                    found.iter().copied().map(name).collect::<Vec<_>>().join(" or ")
+                };
+                write!(
+                    f,
+                    "the scanner is called {}, and is taken for the model {}, of which other things are known; expected --model {}",
+                    listed(AnyModel::title),
+                    taken_for.title(),
+                    listed(AnyModel::name)
+                )
+            }
+            Self::Unreadable { fault, telegrams } => {
+                write!(f, "{telegrams} scan telegrams gave no scan ({}); of the first, {fault}", fault.code())
+            }
+            Self::Excluded { why: Exclusion::OtherLayer, scans } => {
+                write!(f, "{scans} scans are of inclined layers and were left out: the estimate is of the level layer (within 1°) alone, and is none where ScanLayerFilter or LFPlayerFilter switches that off")
+            }
+            Self::Excluded { why, scans } => write!(f, "{scans} scans were left out: {}, {}", why.code(), why.reason()),
+            Self::TurnsLeftOut { turns, of } => write!(
+                f,
+                "the scanner left out {turns} of {of} turns of its mirror; a virtual scanner does so where its machine is too slow for real time: let it run \
+                 slower (--time-scale 0.5), or as fast as it can (--time-scale max)"
+            ),
+            Self::SegmentsLost { segments, share } => write!(
+                f,
+                "{segments} segments of scans were lost on their way, {:.1} % of all: nothing is known of their beams. Where scans came without them, impacted areas \
+                 are too small by about as much, and leaf areas go by the beams that came; where it is the same segment of every scan, leaf areas are too small, \
+                 too. Look for a slow network, a busy host, or a segment that nothing lets through",
+                100.0 * share
+            ),
+            Self::ContaminationWarning { scans } => {
+                write!(f, "the device warns of a dirty window in {scans} scans; they were used: clean the window")
+            }
+            Self::TooMuchExcluded { share, limit } => write!(
+                f,
+                "{:.1} % of the row has no valid scan, the rig's max_excluded allows {:.1} %: areas are withheld",
+                share * 100.0,
+                limit * 100.0
+            ),
+            Self::EncoderStood { lines } => write!(
+                f,
+                "the encoder stood still in all {lines} scans, so the rig's speed was taken; if the tractor stood, take --advance encoder"
+            ),
+            Self::EncoderStuck { scans, of } => write!(
+                f,
+                "the encoder stood in {scans} of {of} scans that changed as they do while it counts: it sticks, or its cable has a bad contact, and the way is too \
+                 short by that; mend it, or take --advance gnss, can or constant (in strong wind a tractor that stands can look so too)"
+            ),
+            Self::EncoderSpeed { encoder_m_s, rig_m_s } => write!(
+                f,
+                "the encoder counted {encoder_m_s:.2} m/s on average while it counted, the rig says {rig_m_s} m/s: if the tractor drove as the rig says, the encoder \
+                 misses ticks or encoder_ticks_per_m is wrong, and areas are wrong by that factor; compare with --advance gnss or can, or correct speed_m_s"
+            ),
+            Self::EncoderFell { times } => write!(
+                f,
+                "the encoder's count fell {times} times as no tractor goes back, and the scanner went on: it was set anew, or has fewer bits; the way of \
+                 those turns is by the speed before"
+            ),
+            Self::ConstantSpeed { scans, speed_m_s, has_encoder } => {
+                let none = if *has_encoder { "" } else { " (this scanner's model tells no encoder's count)" };
+                write!(
+                    f,
+                    "the rig has an encoder, and {scans} scans have no reading of it{none}: the way is by the rig's constant {speed_m_s} m/s. If the tractor drove \
+                     otherwise, take --advance gnss or can; "
+                )?;
+                if *has_encoder {
+                    f.write_str(
+                        "or record anew with the encoder on: `rowscan estimate SCANNER --rig RIG --record FILE` sets it, `picoscan://HOST?encoder=on` asks for \
+                         it; ",
+                    )?;
+                }
+                f.write_str("if its speed was even, say so with --advance constant")
+            }
+            Self::NoEncoder { scans } => write!(
+                f,
+                "{scans} scans have no reading of the encoder (the rig needs encoder_ticks_per_m, the scanner LICencset): areas are withheld"
+            ),
+            Self::NothingValid => f.write_str("no valid scan came: areas are unknown"),
+            Self::NoTime { scans } => write!(
+                f,
+                "{scans} scans come without times, and nothing tells their rate: it is unknown, and with it the way; give it with --hertz"
+            ),
+            Self::SpeedHeld { seconds } => {
+                write!(f, "the ground speed was lost for {seconds:.1} s; the last one known was held")
+            }
+            Self::GroundAsCanopy { share, z_m } => write!(
+                f,
+                "no beam met the ground where the rig puts it, and {:.0} % of the returns that count as canopy lie level {z_m:.1} m above it, as ground does:                  leaf areas are too large; compare the mount's `height_m`, `roof` and angles with the machine",
+                100.0 * share
+            ),
+            Self::BeforeRow { before_m } => write!(
+                f,
+                "{before_m:.1} m before the row's start were scanned and count in the totals; a virtual orchard repeats its row, so its last trees \
+                 are measured there: start at `start_m` 0"
+            ),
+            Self::PastRow { row_m, past_m } => write!(
+                f,
+                "{past_m:.1} m behind the row's end at {row_m:.1} m were scanned and count in the totals; a virtual orchard repeats its row, so its first \
+                 trees are measured again: end with --length {row_m:.1}, or give the rig the trees that stand there"
+            ),
+            Self::TooManyCells { kept } => {
+                write!(f, "only the first {kept} trees and slices are listed; the totals hold all")
+            }
+        }
+    }
+}
+
+/// How far classes are apart, in words.
+fn apart(f: &mut fmt::Formatter<'_>, relative_sd: Option<f64>) -> fmt::Result {
+    match relative_sd {
+        Some(sd) => write!(f, "; such classes are {:.0} % apart (standard deviation)", 100.0 * sd),
+        None => f.write_str("; how far such classes are apart was not measured"),
+    }
+}

@@ -1,0 +1,33 @@
+//! Tells a recording that is being written what is found out about it meanwhile.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::queue::Queue;
+use crate::writer::About;
+
+/// Adds to what a recording says of itself. Cheap to clone; all clones are of one recording.
+#[derive(Clone, Debug)]
+pub struct Describer {
+    queue: Arc<Queue>,
+    about: Arc<Mutex<About>>,
+}
+
+impl Describer {
+    pub(crate) fn new(queue: Arc<Queue>, about: About) -> Self {
+        Self { queue, about: Arc::new(Mutex::new(about)) }
+    }
+
+    /// Says of which model the scanner of this stream is, of so many that are recorded; the first word on a stream stays.
+    pub fn of_model(&self, stream: &str, model: &str, scanners: usize) {
+        // Held until it is queued: what is told last holds all of it.
+        let mut about = self.about.lock().unwrap_or_else(PoisonError::into_inner);
+        if about.models.contains_key(stream) || about.only_model().is_some() {
+            return;
+        }
+        about.models.insert(stream.to_owned(), model.to_owned());
+        if about.models.len() == scanners {
+            about.model = Some(about.models.values().cloned().collect::<Vec<_>>().join(", "));
+        }
+        self.queue.describe(about.clone());
+    }
+}
