@@ -1,12 +1,18 @@
-//! Whether the tractor stood while its encoder did: the scans themselves tell.
+//! What speaks against the encoder that the way goes by: scans that change while it stands, and a speed that is not the rig's.
 //!
 //! Past a canopy consecutive scans differ as long as the tractor drives; while it stands they are alike, up to noise. A pair of scans is described by the
 //! share of its beams whose range changed by more than [`CHANGED_M`], of those that met something in one of both. The share while the encoder counts
 //! is what driving looks like here; an encoder that stands while scans differ about as much has stuck. Past what looks the same everywhere (bare
 //! ground, a wall) nothing changes while it counts either: then nothing is known, and nothing is said.
+//!
+//! Ticks that are missed evenly, or a wrong number of them a metre, make another speed of all the way. The speed of a drive is the one at which half its
+//! way was driven: neither stops nor slow stretches between them change it much.
+
+use std::ops::RangeInclusive;
 
 use rowscan_protocol::angle::BeamGrid;
 
+use crate::speeds::Speeds;
 use crate::warning::Warning;
 
 /// A range that changed by more is no noise, metres: several standard deviations of any scanner here.
@@ -26,11 +32,13 @@ const STILL: f64 = 0.5;
 
 /// Share of scans in which the encoder may have stuck before the way is unknown.
 const MOST_STUCK: f64 = 0.03;
-/// Mean speed by the encoder over the rig's that is no doubt.
-const SPEED_RATIO: std::ops::RangeInclusive<f64> = 2.0 / 3.0..=1.5;
-/// Way and time that a mean speed is told of.
-const LEAST_WAY_M: f64 = 1.0;
-const LEAST_S: f64 = 1.0;
+/// Speed by the encoder over the rig's that is no doubt.
+const NO_DOUBT: RangeInclusive<f64> = 2.0 / 3.0..=1.5;
+/// Beyond, one of both is of another scale, and the way is unknown.
+const SAME_SCALE: RangeInclusive<f64> = 0.25..=4.0;
+/// A speed is told of so long a drive, seconds, and of so much way at the rig's speed, metres.
+const LEAST_S: f64 = 2.0;
+const LEAST_RIG_WAY_M: f64 = 2.0;
 
 /// Where a scan was taken, by the encoder, and when, since the first one.
 #[derive(Clone, Copy, Debug)]
@@ -78,10 +86,10 @@ pub(crate) struct EncoderWitness {
     counted_s: f64,
     /// Where that was, metres.
     counted_y_m: f64,
-    /// The way it counted without standing between, metres.
-    way_m: f64,
-    /// How long that took, seconds.
-    way_s: f64,
+    /// The way at each speed, from count to count.
+    speeds: Speeds,
+    /// The latest scan, seconds of travel.
+    latest_s: f64,
     /// While it counted.
     driving: Pairs,
     /// Since it stands.
@@ -105,13 +113,13 @@ impl EncoderWitness {
             _ => {}
         }
         if counts {
-            if self.ticks.is_some() && !stands {
-                self.way_m += (y_m - self.counted_y_m).abs();
-                self.way_s += travel_s - self.counted_s;
+            if self.ticks.is_some() {
+                self.speeds.add((y_m - self.counted_y_m).abs(), travel_s - self.counted_s);
             }
             (self.counted_s, self.counted_y_m) = (travel_s, y_m);
         }
         self.ticks = Some(ticks);
+        self.latest_s = travel_s;
         self.grid = grid;
         self.before.clear();
         self.before.extend_from_slice(range_m);
@@ -131,21 +139,27 @@ impl EncoderWitness {
         if is_known && stretch.share() > STILL * driving.share() { stretch.pairs } else { 0 }
     }
 
-    /// Mean speed by the encoder while it counted, m/s, once that was a while.
-    pub(crate) fn speed_m_s(&self) -> Option<f64> {
-        (self.way_m >= LEAST_WAY_M && self.way_s >= LEAST_S).then(|| self.way_m / self.way_s)
+    /// The speed by the encoder at which half the way was driven, m/s, if it lies outside `range` times the rig's.
+    fn speed_outside(&self, range: &RangeInclusive<f64>, rig_m_s: f64) -> Option<f64> {
+        let is_told = self.latest_s >= LEAST_S && self.latest_s * rig_m_s >= LEAST_RIG_WAY_M;
+        let speed_m_s = self.speeds.median_m_s().filter(|_| is_told)?;
+        (!range.contains(&(speed_m_s / rig_m_s))).then_some(speed_m_s)
     }
 
     /// True where too many scans say that it sticks for the way to be known, of so many valid ones.
-    pub(crate) fn is_refuted(&self, valid: u64) -> bool {
+    pub(crate) fn is_stuck(&self, valid: u64) -> bool {
         self.stuck() as f64 > MOST_STUCK * valid as f64
     }
 
-    /// What is to be told of it: scans against it, of so many valid ones, and a mean speed far off the rig's.
+    /// True where its speed and the rig's are of different scales, so that the way is not known.
+    pub(crate) fn has_other_scale(&self, rig_m_s: f64) -> bool {
+        self.speed_outside(&SAME_SCALE, rig_m_s).is_some()
+    }
+
+    /// What is to be told of it: scans against it, of so many valid ones, and a speed far off the rig's.
     pub(crate) fn doubts(&self, valid: u64, rig_m_s: f64) -> [Option<Warning>; 2] {
         let scans = self.stuck();
-        let is_off = |encoder_m_s: &f64| !SPEED_RATIO.contains(&(encoder_m_s / rig_m_s));
-        let off = self.speed_m_s().filter(is_off);
+        let off = self.speed_outside(&NO_DOUBT, rig_m_s);
         [
             (scans > 0).then_some(Warning::EncoderStuck { scans, of: valid }),
             off.map(|encoder_m_s| Warning::EncoderSpeed { encoder_m_s, rig_m_s }),
@@ -199,16 +213,16 @@ mod tests {
         // A coarse encoder has a tick each half metre: between two of them it does not stand.
         for ticks_per_m in [2.0, 100.0, 1000.0] {
             let (even, scans) = drive(8.0, past_canopy, |s| s, |s| s, ticks_per_m);
-            assert_eq!((even.stuck(), even.is_refuted(scans)), (0, false), "{ticks_per_m}");
+            assert_eq!((even.stuck(), even.is_stuck(scans)), (0, false), "{ticks_per_m}");
             let (stood, scans) = drive(8.0, past_canopy, stops, stops, ticks_per_m);
-            assert_eq!((stood.stuck(), stood.is_refuted(scans)), (0, false), "{ticks_per_m}");
+            assert_eq!((stood.stuck(), stood.is_stuck(scans)), (0, false), "{ticks_per_m}");
         }
         for ticks_per_m in [100.0, 1000.0] {
             let (stuck, scans) = drive(8.0, past_canopy, |s| s, stops, ticks_per_m);
-            assert!((100..150).contains(&stuck.stuck()) && stuck.is_refuted(scans), "{}", stuck.stuck());
+            assert!((100..150).contains(&stuck.stuck()) && stuck.is_stuck(scans), "{}", stuck.stuck());
             // To the end of the row.
             let (stuck, scans) = drive(6.0, past_canopy, |s| s, |s| s.min(3.0), ticks_per_m);
-            assert!((100..150).contains(&stuck.stuck()) && stuck.is_refuted(scans), "{}", stuck.stuck());
+            assert!((100..150).contains(&stuck.stuck()) && stuck.is_stuck(scans), "{}", stuck.stuck());
             assert!(matches!(stuck.doubts(scans, 1.0)[0], Some(Warning::EncoderStuck { .. })));
         }
     }
@@ -216,23 +230,49 @@ mod tests {
     #[test]
     fn where_all_looks_the_same_nothing_is_known() {
         let (wall, scans) = drive(8.0, |_| vec![1.5; 200], |s| s, |s| s.min(3.0), 1000.0);
-        assert_eq!((wall.stuck(), wall.is_refuted(scans)), (0, false));
+        assert_eq!((wall.stuck(), wall.is_stuck(scans)), (0, false));
         let (bare, scans) = drive(8.0, |_| vec![f64::INFINITY; 200], |s| s, |s| s.min(3.0), 1000.0);
-        assert_eq!((bare.stuck(), bare.is_refuted(scans)), (0, false));
+        assert_eq!((bare.stuck(), bare.is_stuck(scans)), (0, false));
     }
 
     #[test]
-    fn a_mean_speed_far_off_the_rigs_is_told() {
-        for (counted, told) in [(0.5, true), (0.7, false), (1.0, false), (1.4, false), (2.0, true)] {
-            let (witness, scans) = drive(6.0, past_canopy, |s| s, |s| counted * s, 1000.0);
-            let off = witness.doubts(scans, 1.0);
-            assert_eq!(off[1].is_some(), told, "{counted}: {:?}", witness.speed_m_s());
-            assert_eq!(off[0], None);
+    fn a_speed_far_off_the_rigs_is_told_and_of_another_scale_no_way_is_known() {
+        // All but a part of the ticks are missed, or each is counted more than once; down to a few ticks a row.
+        for ticks_per_m in [2.0, 100.0, 1000.0] {
+            for (counted, told, unknown) in [
+                (0.002, true, true),
+                (0.01, true, true),
+                (0.1, true, true),
+                (0.5, true, false),
+                (0.75, false, false),
+                (1.0, false, false),
+                (1.4, false, false),
+                (2.0, true, false),
+                (5.0, true, true),
+            ] {
+                let (witness, scans) = drive(20.0, past_canopy, |s| s, |s| counted * s, ticks_per_m);
+                if counted * 20.0 * ticks_per_m < 2.0 {
+                    // It has counted once or never, which others tell.
+                    continue;
+                }
+                let off = witness.doubts(scans, 1.0)[1].is_some();
+                let found = (off, witness.has_other_scale(1.0));
+                assert_eq!(found, (told, unknown), "{counted} of {ticks_per_m} ticks");
+            }
         }
-        // Standing is no speed: by stop and go it is that of going.
-        let (witness, _) =
-            drive(20.0, past_canopy, |s| s, |s| (s / 4.0).floor() + (s % 4.0).min(1.0), 1000.0);
-        let speed_m_s = witness.speed_m_s().unwrap();
-        assert!((speed_m_s - 1.0).abs() < 0.1, "{speed_m_s}");
+    }
+
+    #[test]
+    fn stops_and_slow_stretches_are_no_doubt() {
+        let stop_and_go = |s: f64| (s / 4.0).floor() + (s % 4.0).min(1.0);
+        // At walking pace at each tree, and as told between them.
+        let slow_at_trees =
+            |s: f64| (s / 4.0).floor() * 2.0 + if s % 4.0 < 2.5 { 0.2 * (s % 4.0) } else { s % 4.0 - 2.0 };
+        for ticks_per_m in [2.0, 100.0, 1000.0] {
+            for way in [&stop_and_go as &dyn Fn(f64) -> f64, &slow_at_trees] {
+                let (witness, scans) = drive(40.0, past_canopy, way, way, ticks_per_m);
+                assert_eq!(witness.doubts(scans, 1.0), [None, None], "{ticks_per_m}");
+            }
+        }
     }
 }

@@ -101,6 +101,11 @@ impl Estimate {
         self.warnings.push(Warning::BrokenOff { place });
     }
 
+    /// Takes note of the stream that its recording was read from, and of those that were left out, where several hold scans and none was named.
+    pub fn streams_left_out(&mut self, read: String, left_out: Vec<String>) {
+        self.warnings.push(Warning::StreamsLeftOut { read, left_out });
+    }
+
     /// Takes note of the models that the scanner, or its recording, says it can be, where it was taken for another; of none that is modelled, nothing
     /// is known.
     pub fn named(&mut self, found: &[AnyModel], taken_for: AnyModel) {

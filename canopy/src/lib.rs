@@ -78,6 +78,7 @@ mod row;
 mod row_pass;
 mod shares;
 pub mod shipped;
+mod speeds;
 mod stray_returns;
 mod stream;
 mod trees;

@@ -4,10 +4,12 @@
 use rowscan_protocol::rig::Rig;
 use serde::Serialize;
 
-/// No tractor goes back faster, m/s: an encoder that counts so counts anew, or by fewer bits.
-const FASTEST_BACK_M_S: f64 = 20.0;
-/// So much it may seem to have gone back, where scans tell little of the time between them, metres.
-const BACK_M: f64 = 1.0;
+/// No tractor drives faster past a row, m/s, ahead or back: an encoder that counts so counts anew, by fewer bits, or was read wrongly.
+const FASTEST_M_S: f64 = 20.0;
+/// So much farther it may seem to have come, where scans tell little of the time between them, metres.
+const FARTHER_M: f64 = 1.0;
+/// Share of scans in which the encoder may have jumped before the way is unknown.
+const MOST_JUMPS: f64 = 0.03;
 
 /// What the advance is taken from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -61,8 +63,8 @@ pub(crate) struct Odometry {
     restarted: bool,
     /// Lines without a reading of the rig's encoder, where one was to be taken.
     unread: u64,
-    /// How often the encoder's count fell as no tractor goes back.
-    fallen: u64,
+    /// How often the encoder's count jumped as no tractor drives.
+    jumps: u64,
 }
 
 /// What is done with the encoder of the scan telegrams.
@@ -93,9 +95,14 @@ impl Odometry {
         self.restarted = true;
     }
 
-    /// How often the encoder's count fell as no tractor goes back, while the device went on; the speed before was held then.
-    pub(crate) fn fallen(&self) -> u64 {
-        self.fallen
+    /// How often the encoder's count jumped as no tractor drives, while the device went on; the speed before was held then.
+    pub(crate) fn jumps(&self) -> u64 {
+        self.jumps
+    }
+
+    /// True where it jumped in too many of so many scans for the way to be known.
+    pub(crate) fn is_lost(&self, scans: u64) -> bool {
+        self.jumps as f64 > MOST_JUMPS * scans as f64
     }
 
     /// True if the rig has an encoder, and it is taken where scans have it.
@@ -156,11 +163,11 @@ impl Odometry {
                         if way_m < 0.0 {
                             way_m = (self.speed_m_s * passed_s).max(0.0);
                         }
-                    } else if way_m < -(FASTEST_BACK_M_S * passed_s + BACK_M) {
-                        self.fallen += 1;
+                    } else if way_m.abs() > FASTEST_M_S * passed_s + FARTHER_M {
+                        self.jumps += 1;
                         way_m = self.speed_m_s * passed_s;
                     }
-                    self.moved |= way_m != 0.0;
+                    self.moved |= counted != 0;
                     self.y_m += way_m;
                     if passed_s > 0.0 {
                         self.speed_m_s = way_m / passed_s;
@@ -222,7 +229,7 @@ mod tests {
         let rig = Rig { encoder_ticks_per_m: Some(1000.0), ..Rig::default() };
         // Behind a restart the speed is held for as long as it took. Without one the same ticks are a way back, if a tractor can have gone it; else they begin anew too,
         // and the speed is held.
-        for (restarts, passed_s, y_m, fallen) in
+        for (restarts, passed_s, y_m, jumps) in
             [(true, 0.02, 5.02, 0), (true, 1.5, 6.5, 0), (false, 1.0, 1.0, 0), (false, 0.02, 5.02, 1)]
         {
             let mut odometry = Odometry::default();
@@ -235,7 +242,7 @@ mod tests {
             at(&mut odometry, 1000, 4.0 + passed_s);
             let found = at(&mut odometry, 2000, 6.0);
             assert!((found - y_m).abs() < 1e-9, "{found} {y_m}");
-            assert_eq!(odometry.fallen(), fallen);
+            assert_eq!(odometry.jumps(), jumps);
         }
         // One that went on counting tells the way.
         let mut odometry = Odometry::default();

@@ -107,8 +107,12 @@ pub(crate) fn areas_told<'a>(
         Err(Withheld::NoTime)
     } else if by_encoder && pass.odometry.unread() > 0 {
         Err(Withheld::NoEncoder)
-    } else if by_encoder && pass.witness.is_refuted(gate.valid) {
+    } else if by_encoder && pass.witness.is_stuck(gate.valid) {
         Err(Withheld::EncoderStuck)
+    } else if by_encoder && pass.witness.has_other_scale(pass.rig.speed_m_s) {
+        Err(Withheld::EncoderSpeed)
+    } else if by_encoder && pass.odometry.is_lost(gate.valid) {
+        Err(Withheld::EncoderJumped)
     } else if gate.blind_share() > pass.rig.max_excluded {
         Err(Withheld::TooMuchExcluded)
     } else {
@@ -118,17 +122,19 @@ pub(crate) fn areas_told<'a>(
 
 /// Says why nothing is told of the row.
 fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Option<&RowPass>, why: Withheld) {
+    if let (
+        Withheld::EncoderStuck | Withheld::EncoderSpeed | Withheld::EncoderJumped | Withheld::TooMuchExcluded,
+        Some(pass),
+    ) = (why, pass)
+    {
+        estimate.advance_m = pass.advance.advance_m();
+        estimate.advance_source = pass.odometry.source();
+    }
     let warning = match (why, pass) {
         (Withheld::NothingValid, _) => Warning::NothingValid,
         (Withheld::NoEncoder, Some(pass)) => Warning::NoEncoder { scans: pass.odometry.unread() },
-        (Withheld::EncoderStuck, Some(pass)) => {
-            estimate.advance_m = pass.advance.advance_m();
-            estimate.advance_source = pass.odometry.source();
-            return;
-        }
+        (Withheld::EncoderJumped, Some(pass)) => Warning::EncoderJumped { times: pass.odometry.jumps() },
         (Withheld::TooMuchExcluded, Some(pass)) => {
-            estimate.advance_m = pass.advance.advance_m();
-            estimate.advance_source = pass.odometry.source();
             Warning::TooMuchExcluded { share: gate.blind_share(), limit: pass.rig.max_excluded }
         }
         // Told already, or no fault: nobody gave a rig.
@@ -276,8 +282,8 @@ fn row(
         let has_encoder = AnyModel::by_name(&pass.mount.model).is_none_or(AnyModel::tells_ticks);
         estimate.warnings.push(Warning::ConstantSpeed { scans, speed_m_s, has_encoder });
     }
-    if pass.odometry.fallen() > 0 {
-        estimate.warnings.push(Warning::EncoderFell { times: pass.odometry.fallen() });
+    if pass.odometry.jumps() > 0 {
+        estimate.warnings.push(Warning::EncoderJumped { times: pass.odometry.jumps() });
     }
     if pass.odometry.held_s() > 0.0 {
         estimate.warnings.push(Warning::SpeedHeld { seconds: pass.odometry.held_s() });

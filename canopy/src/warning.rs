@@ -4,6 +4,7 @@ mod words;
 
 use rowscan_protocol::host::SettingNote;
 use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::rig::BeamWidth;
 use rowscan_protocol::validity::ScanFault;
 use serde::{Serialize, Serializer};
 
@@ -151,6 +152,27 @@ pub enum Warning {
         /// Where, and what is there.
         place: String,
     },
+    /// The recording holds several streams of scans, and none was named.
+    StreamsLeftOut {
+        /// The stream that was read.
+        read: String,
+        /// The others.
+        left_out: Vec<String>,
+    },
+    /// The recording was made with another rig than the one that it is measured by.
+    OtherRig {
+        /// The keys that differ, as recorded and as given.
+        differences: Vec<String>,
+    },
+    /// The recording was made with beams of another width than the rig says.
+    OtherOptics {
+        /// As the recording says.
+        recorded: BeamWidth,
+        /// As the rig says.
+        given: BeamWidth,
+        /// An emulator made the recording, and knows: its word holds. Of a real scanner the rig's does.
+        is_known: bool,
+    },
     /// A setting of the scanner is not as it was to be, or was found as another client had left it.
     Setting(SettingNote),
     /// The scanner, or its recording, names another model than the one that it is taken for.
@@ -200,15 +222,15 @@ pub enum Warning {
         /// Of so many.
         of: u64,
     },
-    /// The encoder's mean speed is far off the rig's.
+    /// The speed by the encoder is far off the rig's.
     EncoderSpeed {
-        /// By the encoder while it counted, m/s.
+        /// By the encoder, at which half the way was driven, m/s.
         encoder_m_s: f64,
         /// The rig's, m/s.
         rig_m_s: f64,
     },
-    /// The encoder's count fell as no tractor goes back, while the scanner went on: the speed before was held.
-    EncoderFell {
+    /// The encoder's count jumped as no tractor drives, while the scanner went on: the speed before was held.
+    EncoderJumped {
         /// So often.
         times: u64,
     },
@@ -298,6 +320,9 @@ impl Warning {
             Self::TurnsLeftOut { .. } => "turns_left_out",
             Self::SegmentsLost { .. } => "segments_lost",
             Self::BrokenOff { .. } => "broken_off",
+            Self::StreamsLeftOut { .. } => "streams_left_out",
+            Self::OtherRig { .. } => "other_rig",
+            Self::OtherOptics { .. } => "other_optics",
             Self::Setting(note) => note.code(),
             Self::OtherModel { .. } => "other_model",
             Self::Unreadable { .. } => "unreadable",
@@ -309,7 +334,7 @@ impl Warning {
             Self::EncoderStood { .. } => "encoder_stood",
             Self::EncoderStuck { .. } => "encoder_stuck",
             Self::EncoderSpeed { .. } => "encoder_speed",
-            Self::EncoderFell { .. } => "encoder_fell",
+            Self::EncoderJumped { .. } => "encoder_jumped",
             Self::ConstantSpeed { .. } => "constant_speed",
             Self::NoEncoder { .. } => "no_encoder",
             Self::NoTime { .. } => "no_time",

@@ -125,6 +125,7 @@ fn leaf_area_density_of_an_isotropic_slab_is_within_two_percent() {
     // Leaves of 6 cm turned any way, six slabs of 6 m: far more than 2500 leaves hit, each by several beams.
     let (density, radius_m, thick_m) = (1.5, 0.03, 1.0);
     let (mut ratios, mut covered, mut patches) = (Vec::new(), 0, 0.0);
+    let mut bands_covered = Vec::new();
     for seed in 0..6 {
         let found = measured(&rig(), parameters(), &leafy(thick_m, density, radius_m, 300, 200 + seed));
         let truth = density * thick_m * HIGH_M * found.scanned_m.unwrap();
@@ -133,12 +134,29 @@ fn leaf_area_density_of_an_isotropic_slab_is_within_two_percent() {
         covered += usize::from(leaf.low.unwrap() < truth && truth < leaf.high.unwrap());
         let relative_width = (leaf.high.unwrap() - leaf.low.unwrap()) / truth;
         assert!(relative_width < 0.12, "an interval that says nothing: {relative_width}");
+        // Bands wholly within the slab hold what is theirs of it, and are known less well than all.
+        let of_leaves =
+            found.measures.iter().filter(|m| m.estimator == "voxel" && m.quantity == Quantity::LeafArea);
+        let inner = |m: &&Measure| m.band_m().is_some_and(|[low, high]| low >= 0.5 && high <= HIGH_M - 0.5);
+        for band in of_leaves.filter(inner) {
+            let [low_m, high_m] = band.band_m().unwrap();
+            let truth = truth * (high_m - low_m) / HIGH_M;
+            let (low, high) = (band.low.unwrap(), band.high.unwrap());
+            bands_covered.push(low < truth && truth < high);
+            let width = (high - low) / truth;
+            assert!(relative_width < width && width < 4.0 * relative_width, "{band:?} {relative_width}");
+        }
         patches +=
             found.contact.unwrap().hits as f64 / value(&found.measures, "voxel", Quantity::HitsPerPatch);
     }
     assert!(patches > 2500.0, "{patches}");
     let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
     assert!((mean - 1.0).abs() < 0.02, "{ratios:?}");
+    let held = bands_covered.iter().filter(|held| **held).count();
+    assert!(
+        bands_covered.len() >= 18 && held as f64 > 0.85 * bands_covered.len() as f64,
+        "{bands_covered:?}"
+    );
     assert!(covered >= 5, "{covered} of 6 intervals hold the truth: {ratios:?}");
 }
 

@@ -165,22 +165,44 @@ fn the_row_begins_with_the_first_reading_of_an_encoder_that_is_there_a_second_la
 
 /// Set anew by somebody, or of 16 bits: the scanner goes on meanwhile.
 #[test]
-fn an_encoder_that_falls_is_no_way_back_and_is_told() {
+fn an_encoder_that_jumps_is_no_way_and_is_told() {
     let new = || Pipeline::new(Some(&rig()), 0, None).unwrap();
     let whole = pushed(new(), &drive(|turn| turn * 20));
-    for falls in
-        [&|turn: u32| (turn * 20) % 1999, &|turn: u32| if turn < 120 { turn * 20 } else { (turn - 120) * 20 }]
-            as [&dyn Fn(u32) -> u32; 2]
+    for jumps in [
+        &|turn: u32| (turn * 20) % 1999,
+        &|turn: u32| if turn < 120 { turn * 20 } else { (turn - 120) * 20 },
+        &|turn: u32| if turn < 120 { turn * 20 } else { turn * 20 + 100_000 },
+    ] as [&dyn Fn(u32) -> u32; 3]
     {
-        let found = pushed(new(), &drive(falls));
+        let found = pushed(new(), &drive(jumps));
         assert!((found.advance_m.unwrap() - whole.advance_m.unwrap()).abs() < 1e-3, "{:?}", found.advance_m);
         assert!(
-            found.warnings.iter().any(|warning| warning.code() == "encoder_fell"),
+            found.warnings.iter().any(|warning| warning.code() == "encoder_jumped"),
             "{:?}",
             found.warnings
         );
     }
     // A tractor that does go back does so at a tractor's speed.
     let back = pushed(new(), &drive(|turn| if turn < 120 { turn * 20 } else { 2400 - (turn - 120) * 10 }));
-    assert!(back.warnings.iter().all(|warning| warning.code() != "encoder_fell"));
+    assert!(back.warnings.iter().all(|warning| warning.code() != "encoder_jumped"));
+}
+
+/// Of an encoder whose way is not that of the tractor no area is told, whatever the scale: ticks that are missed, jumps at each turn.
+#[test]
+fn an_encoder_of_another_scale_is_told_and_tells_no_area() {
+    for (drives, code, is_told) in [
+        (&|turn: u32| turn * 20, "", true),
+        (&|turn: u32| turn * 10, "encoder_speed", true),
+        (&|turn: u32| turn * 2, "encoder_speed", false),
+        (&|turn: u32| turn / 5, "encoder_speed", false),
+        (&|turn: u32| turn * 200, "encoder_speed", false),
+        (&|turn: u32| turn * 20_000, "encoder_jumped", false),
+    ] as [(&dyn Fn(u32) -> u32, &str, bool); 6]
+    {
+        let found = pushed(Pipeline::new(Some(&rig()), 0, None).unwrap(), &drive(drives));
+        let codes: Vec<_> = found.warnings.iter().map(rowscan_canopy::Warning::code).collect();
+        assert_eq!(codes.iter().any(|code| code.starts_with("encoder_")), !code.is_empty(), "{codes:?}");
+        assert!(code.is_empty() || codes.contains(&code), "{code}: {codes:?}");
+        assert_eq!(found.impacted_total_area_m2.is_some(), is_told, "{code}: {codes:?}");
+    }
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use rowscan_protocol::frame::{Dialect, FrameCounts};
 use rowscan_protocol::host::Refusal;
 #[cfg(feature = "recordings")]
-use rowscan_recording::{Format, ReadError, Torn};
+use rowscan_recording::{Format, ReadError, StreamKind, Torn};
 
 /// Why a source could not be opened or read on. Each message names the remedy where there is one.
 #[derive(Debug, thiserror::Error)]
@@ -174,7 +174,7 @@ pub enum DriverError {
     /// The peer accepted the connection and answered in neither dialect.
     #[error(
         "{address} accepts connections but does not answer as a SICK scanner: no reply to `sRN DeviceIdent` within {timeout:?} in \
-         CoLa B nor in CoLa A{junk}; is another program listening on this port?"
+         CoLa B nor in CoLa A{junk}; is another program listening on this port? The HTTP port of a picoScan is read as picoscan://{address}"
     )]
     NoDialect {
         /// Host and port.
@@ -218,6 +218,18 @@ pub enum DriverError {
         address: String,
         /// In which phase.
         when: &'static str,
+    },
+    /// The peer closed the connection before it had answered in CoLa.
+    #[error(
+        "{address} closed the connection during start-up: expected an answer to `sRN DeviceIdent` in CoLa B or CoLa A, found {}; is this the CoLa port of a SICK \
+         scanner (2112 or 2111)? The HTTP port of a picoScan is read as picoscan://{address}",
+        if junk.0 == 0 { "nothing".to_owned() } else { format!("{} bytes that are no telegram", junk.0) }
+    )]
+    ClosedUnanswered {
+        /// Host and port.
+        address: String,
+        /// What came instead, if anything.
+        junk: JunkBytes,
     },
     /// The link broke.
     #[error("the link to {address} broke: {cause}")]
@@ -282,18 +294,35 @@ pub enum DriverError {
     /// A file holds no telegram.
     #[cfg(feature = "recordings")]
     #[error(
-        "{} ({format}) holds no SICK telegram in its {bytes} bytes; expected CoLa A (02 … 03) or CoLa B (02 02 02 02, length, payload, checksum) frames \
-         with LMDscandata",
-        path.display()
+        "{} ({format}) holds no SICK telegram in its {bytes} bytes; expected {}",
+        path.display(),
+        telegrams_of(*kind)
     )]
     NotARecording {
         /// The file.
         path: PathBuf,
         /// What the file looks like.
         format: Format,
+        /// What its bytes were read as.
+        kind: StreamKind,
         /// Bytes in which a telegram could have been.
         bytes: u64,
     },
+}
+
+/// What is expected of bytes that are read as these.
+#[cfg(feature = "recordings")]
+fn telegrams_of(kind: StreamKind) -> &'static str {
+    match kind {
+        StreamKind::Compact => {
+            "Compact telegrams (02 02 02 02, type, content, CRC of four bytes), found their beginning and none whole with a right CRC; `rowscan decode` says of \
+             each what is wrong"
+        }
+        StreamKind::Lms2xx => "LMS2xx telegrams (02, address, length, content, CRC of two bytes)",
+        StreamKind::Cola | StreamKind::Nmea | StreamKind::Can | StreamKind::Bytes => {
+            "CoLa A (02 … 03) or CoLa B (02 02 02 02, length, payload, checksum) frames with LMDscandata, or Compact telegrams"
+        }
+    }
 }
 
 /// Bytes of a peer that speaks no known protocol: so many belong to no valid frame.

@@ -11,6 +11,7 @@ use rowscan_recording::StreamKind;
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
+use crate::left_out::StreamsLeftOut;
 
 /// A source of scans that is polled. All state is in it, so that whoever polls may stop at any time and go on later.
 pub(crate) trait Feed: Send {
@@ -56,6 +57,11 @@ pub(crate) trait Feed: Send {
 
     /// What the bytes of the recorded stream are that is read, as far as it was.
     fn recorded_kind(&self) -> Option<StreamKind> {
+        None
+    }
+
+    /// Of a recording with several streams of scans, of which none was named, what is left out, as far as it was read.
+    fn streams_left_out(&self) -> Option<StreamsLeftOut> {
         None
     }
 

@@ -70,6 +70,7 @@ mod error;
 #[path = "../tests/fake_device/mod.rs"]
 mod fake_device;
 mod feed;
+mod left_out;
 #[cfg(any(feature = "tcp", feature = "serial"))]
 mod link;
 mod link_event;
@@ -91,6 +92,7 @@ pub use clock::HostTime;
 pub use config::{Backoff, DriverConfig};
 pub use connection::{Connection, ConnectionEvent};
 pub use error::{DriverError, JunkBytes};
+pub use left_out::StreamsLeftOut;
 pub use link_event::{LinkEvent, LinkEvents};
 pub use picoscan_address::PicoscanAddress;
 pub use scanner::{Arrival, LinkCounts, Record, Scanner};

@@ -119,10 +119,8 @@ impl<E: Endpoint> Link<E> {
                 Ok(ConnectionEvent::Session(event)) => return Poll::Ready(self.start_up(event)),
                 Ok(ConnectionEvent::Stalled) => {}
                 Ok(ConnectionEvent::Closed) => {
-                    return Poll::Ready(Err(DriverError::Closed {
-                        address: address(),
-                        when: "during start-up",
-                    }));
+                    let counts = connection.session().counts();
+                    return Poll::Ready(Err(self.endpoint.closed_early(counts)));
                 }
                 Err(cause) => return Poll::Ready(Err(DriverError::Link { address: address(), cause })),
             },

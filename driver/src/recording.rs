@@ -9,11 +9,12 @@ use rowscan_protocol::compact::SegmentCounts;
 use rowscan_protocol::host::{HostEvent, OtherSender};
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::Scan;
-use rowscan_recording::{Packet, ScanReader, Side, StreamInfo, StreamKind, Tap};
+use rowscan_recording::{Format, Packet, ScanReader, Side, StreamInfo, StreamKind, Tap, streams_with_scans};
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
 use crate::feed::Feed;
+use crate::left_out::StreamsLeftOut;
 use crate::recorded_model::model_of;
 
 /// A recording being read: one stream of it.
@@ -23,12 +24,14 @@ pub(crate) struct Recording {
     recording: rowscan_recording::Recording,
     /// The stream asked for by name.
     wanted: Option<String>,
-    /// The stream that is read: the one asked for, or the first with a scan.
+    /// Where none was asked for: the first by name of those that hold scans, as far as that can be seen ahead.
+    preferred: Option<String>,
+    /// The stream that is read: the one asked for, the preferred one, or the first with a scan.
     chosen: Option<usize>,
     /// A listening session a stream, until one is chosen.
     clients: BTreeMap<usize, ScanReader>,
     /// Streams of scanners that are not read.
-    left_out: BTreeSet<usize>,
+    left_out: BTreeSet<String>,
     /// The stream that bytes came from last.
     current: usize,
     max_payload: usize,
@@ -50,13 +53,16 @@ impl Recording {
     ) -> Result<Self, DriverError> {
         let recording = rowscan_recording::Recording::open_apart(path, stream.as_slice())
             .map_err(|cause| DriverError::Recording { path: path.to_owned(), cause })?;
+        let with_scans = if stream.is_none() { seen_ahead(path, &recording) } else { BTreeSet::new() };
+        let preferred = with_scans.first().cloned();
         Ok(Self {
             path: path.to_owned(),
             recording,
+            left_out: with_scans.into_iter().skip(1).collect(),
+            preferred,
             wanted: stream.map(str::to_owned),
             chosen: None,
             clients: BTreeMap::new(),
-            left_out: BTreeSet::new(),
             current: 0,
             max_payload,
             bytes: 0,
@@ -102,11 +108,11 @@ impl Recording {
         let wanted = match (self.chosen, &self.wanted) {
             (Some(chosen), _) => chosen == packet.stream,
             (None, Some(name)) => *name == stream.name,
-            (None, None) => true,
+            (None, None) => self.preferred.as_ref().is_none_or(|name| *name == stream.name),
         };
         let may_hold_scans = packet.from != Some(Side::Host) && ScanReader::new(stream.kind, 0).is_some();
-        if !wanted && self.wanted.is_none() && may_hold_scans {
-            self.left_out.insert(packet.stream);
+        if !wanted && self.wanted.is_none() && may_hold_scans && !self.left_out.contains(&stream.name) {
+            self.left_out.insert(stream.name.clone());
         }
         let known = self.clients.contains_key(&packet.stream);
         let reader = if known { None } else { ScanReader::new(stream.kind, self.max_payload) };
@@ -143,7 +149,13 @@ impl Recording {
         let is_silent = self.clients.values().all(|client| client.counts().frames == 0);
         if is_silent || self.recording.soundness().sound == 0 {
             let format = self.recording.format();
-            return Err(DriverError::NotARecording { path: self.path.clone(), format, bytes: self.bytes });
+            let kind = self.recording.main_kind();
+            return Err(DriverError::NotARecording {
+                path: self.path.clone(),
+                format,
+                kind,
+                bytes: self.bytes,
+            });
         }
         let torn = self.recording.torn();
         if self.chosen.is_none() {
@@ -167,15 +179,21 @@ impl Recording {
         if let Some(damage) = soundness.damage().filter(|_| soundness.sound > 0) {
             tracing::warn!("{path}: {damage}");
         }
-        let name = |stream: &usize| self.recording.streams().get(*stream).map(|stream| stream.name.clone());
-        let others: Vec<String> = self.left_out.iter().filter_map(name).collect();
-        if let (Some(chosen), false) = (self.chosen.as_ref().and_then(name), others.is_empty()) {
+        if let Some(StreamsLeftOut { read, left_out }) = self.streams_left_out() {
             tracing::warn!(
-                "{path}: scans of `{chosen}` only; left out: {}; name one with `{path}#STREAM`",
-                others.join(", ")
+                "{path}: scans of `{read}` only; left out: {}; name one with `{path}#STREAM`",
+                left_out.join(", ")
             );
         }
     }
+}
+
+/// Names of the streams that hold scans, where there may be several; none of what is no file, as a pipe, which is read only once. What is wrong with a file
+/// is told by who reads it.
+fn seen_ahead(path: &Path, recording: &rowscan_recording::Recording) -> BTreeSet<String> {
+    let may_be_several = recording.format() == Format::Mcap || recording.streams().len() > 1;
+    let again = (may_be_several && path.is_file()).then(|| rowscan_recording::Recording::open(path).ok());
+    again.flatten().and_then(|recording| streams_with_scans(recording).ok()).unwrap_or_default()
 }
 
 impl Feed for Recording {
@@ -230,6 +248,12 @@ impl Feed for Recording {
 
     fn recorded_kind(&self) -> Option<StreamKind> {
         self.recording.streams().get(self.chosen?).map(|stream| stream.kind)
+    }
+
+    fn streams_left_out(&self) -> Option<StreamsLeftOut> {
+        let read = self.recording.streams().get(self.chosen?)?.name.clone();
+        let left_out: Vec<String> = self.left_out.iter().cloned().collect();
+        (!left_out.is_empty()).then_some(StreamsLeftOut { read, left_out })
     }
 
     fn broken_off(&self) -> Option<String> {

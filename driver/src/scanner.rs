@@ -20,6 +20,7 @@ use crate::endpoint::ColaEndpoint;
 use crate::endpoint::{Endpoint, Lms2xxEndpoint, Place};
 use crate::error::DriverError;
 use crate::feed::Feed;
+use crate::left_out::StreamsLeftOut;
 #[cfg(any(feature = "tcp", feature = "serial"))]
 use crate::link::Link;
 use crate::link_event::{LinkEvent, LinkEvents};
@@ -214,6 +215,12 @@ impl Scanner {
     /// Scan telegrams in valid frames that gave no scan, by cause.
     pub fn faults(&self) -> &FaultCounts {
         &self.faults
+    }
+
+    /// Of a recording with several streams of scans, of which none was named, the one that is read and those left out; `None` of others, and of a live
+    /// scanner.
+    pub fn streams_left_out(&self) -> Option<StreamsLeftOut> {
+        self.feed.streams_left_out()
     }
 
     /// Where a recording that was read to its end breaks off, in words; `None` of a whole one, before its end, and of a live scanner.

@@ -44,7 +44,7 @@ pub enum Source {
     Recording {
         /// The file.
         path: PathBuf,
-        /// Which of its streams; the first with a scan if none is named. Written behind a `#`.
+        /// Which of its streams; the first by name of those with scans if none is named. Written behind a `#`.
         stream: Option<String>,
     },
 }

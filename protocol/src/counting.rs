@@ -36,6 +36,8 @@ pub struct Counting {
     pub lost: u64,
     /// Times the device began anew.
     pub restarts: u64,
+    /// Of these, such behind which the telegram counter did not go on.
+    counted_anew: u64,
     /// Telegrams whose device clock stood still.
     pub untimed: u64,
     /// Those of them for which no frequency is known either: how long they took is unknown.
@@ -202,9 +204,10 @@ impl Counting {
         (self.periods_s > 0.0).then(|| self.periods as f64 / self.periods_s)
     }
 
-    /// Telegrams missing by the counters; none where the device has begun anew: what was missing before and behind that is not known.
+    /// Telegrams missing by the counters; none where their counter has begun anew: what was missing before and behind that is not known. Where the clock
+    /// alone jumped, it is.
     pub fn all_lost(&self) -> Option<u64> {
-        (self.restarts == 0).then_some(self.lost)
+        (self.counted_anew == 0).then_some(self.lost)
     }
 
     /// Turns of the mirror of which the scanner made no telegram, beyond its output interval. A virtual scanner leaves turns out where its host is too
@@ -273,6 +276,7 @@ impl Counting {
         let away_s = self.uptime.device_s(scan.received).unwrap_or(0.0).min(MAX_PAUSE_S);
         let travel_s = last.travel_s + period_s * libm::round(away_s / period_s).max(1.0);
         self.restarts += 1;
+        self.counted_anew += u64::from(scan.telegram_counter.wrapping_sub(last.counter) != 1);
         self.period_s = None;
         self.of_turn = 0;
         self.window = None;
@@ -419,7 +423,10 @@ mod tests {
         // The device is switched off and on: counter and clock begin again.
         let (c, turns) =
             count([(100, 9_000_000), (101, 9_020_000), (1, 500_000), (2, 520_000), (3, 540_000)]);
-        assert_eq!((c.lost, c.restarts), (0, 1));
+        assert_eq!((c.lost, c.all_lost(), c.restarts), (0, None, 1));
+        // The clock alone is set back: the counter goes on, and tells that nothing is lost.
+        let (set_back, _) = count([(100, 9_000_000), (101, 9_020_000), (102, 500_000), (103, 520_000)]);
+        assert_eq!((set_back.all_lost(), set_back.restarts), (Some(0), 1));
         assert!((travel_s(&turns[2]) - 0.04).abs() < 1e-9);
         assert!((travel_s(&turns[4]) - 0.08).abs() < 1e-9);
         assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);

@@ -2,8 +2,8 @@
 //! scans. A beam that is taken away looks like a miss, so who starts a scanner reads each of them and sets it to what takes nothing.
 //!
 //! [`LEFTOVERS`] is the one table: the CoLa client walks it, and so does who sets a scanner up over REST. Which echo is sent, how a scan is
-//! made and what its telegram holds is asked for anyway, and LFPlayerFilter is the user's choice: its layers are lines, and an estimate names the
-//! one that it is of.
+//! made and what its telegram holds is asked for anyway, and LFPlayerFilter is the user's choice, which is told: its layers are lines, and an estimate
+//! names the one that it is of.
 
 use alloc::vec;
 use alloc::vec::Vec;

@@ -222,11 +222,15 @@ async fn follow(
     };
     let mut found = pipeline.finish();
     let (broken_off, models, settings) = (scanner.broken_off(), scanner.models(), scanner.settings());
+    let left_out = scanner.streams_left_out();
     let heard = scanner.stop(wait::STOP_TIMEOUT).await;
     found.heard_over(heard.telegrams_bad, heard.segments);
     found.set_up(settings);
     if let Some(place) = broken_off {
         found.broken_off(place);
+    }
+    if let Some(others) = left_out {
+        found.streams_left_out(others.read, others.left_out);
     }
     if let Some(taken_for) = taken_for {
         found.named(&models, taken_for);

@@ -27,6 +27,8 @@
 //! `rowscan-protocol`.
 
 #[cfg(feature = "files")]
+mod choice;
+#[cfg(feature = "files")]
 mod contents;
 #[cfg(feature = "files")]
 mod copy;
@@ -74,6 +76,8 @@ mod wall_clock;
 #[cfg(feature = "files")]
 mod writer;
 
+#[cfg(feature = "files")]
+pub use choice::streams_with_scans;
 #[cfg(feature = "files")]
 pub use contents::contents;
 #[cfg(feature = "files")]

@@ -43,7 +43,7 @@ pub(super) struct Args {
     /// Dialects the scanner answers
     #[arg(long, value_enum, default_value_t)]
     dialect: DialectArg,
-    /// A calibration file or a shipped calibration's name, instead of the rig's own
+    /// A calibration instead of the rig's own: a file, a shipped one's name, or a class (`spindle`), then that of the scanner's model
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
     /// What the scanner and the driver speak over; a serial line has an LMS2xx on it [default: pty for an LMS2xx, tcp for any other]

@@ -225,7 +225,7 @@ pub enum Failure {
     /// A server for Foxglove.
     #[cfg(feature = "foxglove")]
     #[error(transparent)]
-    Foxglove(#[from] rowscan_foxglove::FoxgloveError),
+    Foxglove(#[from] rowscan_web::foxglove::FoxgloveError),
     /// A port of the CAN bus.
     #[error(transparent)]
     Bus(#[from] rowscan_bus::BusError),

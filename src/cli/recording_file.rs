@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rowscan_driver::DriverError;
-use rowscan_recording::{Format, Recording, Soundness};
+use rowscan_recording::{Format, Recording, Soundness, StreamKind};
 
 use super::Failure;
 use super::output::say;
@@ -18,14 +18,18 @@ pub(super) fn open_stream(file: &Path, stream: Option<&str>) -> Result<Recording
     Recording::open_apart(file, stream.as_slice()).map_err(|cause| unreadable(file, cause))
 }
 
-/// Tells how many telegrams of a recording that was read to its end cannot be read.
+/// Tells how many telegrams of a recording of this format, whose scanner speaks so, and that was read to its end cannot be read.
 ///
 /// # Errors
 /// None can: any file has bytes.
-pub(super) fn tell_damage(file: &Path, format: Format, soundness: Soundness) -> Result<(), Failure> {
+pub(super) fn tell_damage(
+    file: &Path,
+    (format, kind): (Format, StreamKind),
+    soundness: Soundness,
+) -> Result<(), Failure> {
     if soundness.sound == 0 {
         let (path, bytes) = (file.to_owned(), soundness.bytes);
-        return Err(DriverError::NotARecording { path, format, bytes }.into());
+        return Err(DriverError::NotARecording { path, format, kind, bytes }.into());
     }
     if let Some(damage) = soundness.damage() {
         say(format_args!("{}: {damage}", file.display()));

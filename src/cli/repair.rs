@@ -41,7 +41,7 @@ pub(super) fn convert(
     decoded: DecodedArgs,
 ) -> Result<Outcome, Failure> {
     let recording = open_stream(file, stream)?;
-    let format = recording.format();
+    let is = (recording.format(), recording.main_kind());
     // It may say so only behind its first packets.
     let ahead = Source::Recording { path: file.to_owned(), stream: None }.peek();
     let about = ahead.map_or_else(About::default, |ahead| ahead.about().clone()).or(about);
@@ -50,7 +50,7 @@ pub(super) fn convert(
     let mut out = BufWriter::new(OutputFile::create(output).map_err(|cause| unwritable(output, cause))?);
     let Copied { recorded, torn, soundness } = copy(recording, stream, &mut out, about, decoded.into())
         .map_err(|error| failure(file, output, error))?;
-    tell_damage(file, format, soundness)?;
+    tell_damage(file, is, soundness)?;
     if recorded.packets == 0 {
         return Err(nothing_in(file));
     }

@@ -18,6 +18,19 @@ pub enum ConfigError {
         /// What is wrong.
         cause: CalibrationError,
     },
+    /// Calibrations of this class ship for other scanner models only.
+    #[error(
+        "no calibration `{class}` ships for the scanner model {model}; expected one of {}, or a calibration file (`rowscan study calibration` makes one)",
+        shipped.join(", ")
+    )]
+    OtherModels {
+        /// The class that was named.
+        class: String,
+        /// The scanner's model.
+        model: String,
+        /// The calibrations of the class.
+        shipped: Vec<&'static str>,
+    },
 }
 
 /// The calibration a rig names, for the scanner model it carries and the beams it has: `NAME-MODEL-device` for beams with a width, where that is
@@ -29,20 +42,45 @@ pub fn load_calibration_for(
 ) -> Result<Option<Calibration>, ConfigError> {
     let of_rays = format!("{name}-{model}");
     let of_device = format!("{of_rays}-device");
-    let family = format!("{name}-");
     if beams == Some(BeamWidth::Device) && shipped::text(&of_device).is_some() {
         load_calibration(&of_device).map(Some)
     } else if shipped::text(&of_rays).is_some() {
         load_calibration(&of_rays).map(Some)
-    } else if shipped::names().any(|shipped| shipped.starts_with(&family)) {
+    } else if of_class(name).next().is_some() {
         Ok(None)
     } else {
         load_calibration(name).map(Some)
     }
 }
 
+/// The calibration that someone asks for: a file, a shipped one's name, or a class, of which it is the scanner model's as in
+/// [`load_calibration_for`].
+///
+/// # Errors
+/// What cannot be read or trusted, and a class that has none for the model.
+pub fn load_named_calibration(
+    name: &str,
+    model: &str,
+    beams: Option<BeamWidth>,
+) -> Result<Calibration, ConfigError> {
+    if shipped::text(name).is_some() {
+        return load_calibration(name);
+    }
+    load_calibration_for(name, model, beams)?.ok_or_else(|| ConfigError::OtherModels {
+        class: name.to_owned(),
+        model: model.to_owned(),
+        shipped: of_class(name).collect(),
+    })
+}
+
+/// The shipped calibrations of a class.
+fn of_class(class: &str) -> impl Iterator<Item = &'static str> {
+    let family = format!("{class}-");
+    shipped::names().filter(move |shipped| shipped.starts_with(&family))
+}
+
 /// A calibration by shipped name or file, validated.
-pub fn load_calibration(name: &str) -> Result<Calibration, ConfigError> {
+fn load_calibration(name: &str) -> Result<Calibration, ConfigError> {
     let source = SourceText::find("calibration", name, shipped::text, shipped::names().collect())?;
     let calibration: Calibration = source.parse()?;
     calibration.validate().map_err(|cause| ConfigError::Calibration { place: source.place, cause })?;
@@ -59,5 +97,17 @@ mod tests {
         assert!(load_calibration_for("spindle", "no-such-model", None).is_ok_and(|found| found.is_none()));
         let wrong = load_calibration_for("spindel", "lms111", None);
         assert!(matches!(wrong, Err(ConfigError::Load(LoadError::Missing { .. }))));
+    }
+
+    #[test]
+    fn who_asks_for_a_class_gets_that_of_the_model_or_hears_which_there_are() {
+        let preset_of =
+            |name, model| load_named_calibration(name, model, None).map(|found| found.class.scanner_model);
+        assert_eq!(preset_of("spindle", "lms511").unwrap(), "lms511");
+        // One by its whole name is that, whatever the scanner.
+        assert_eq!(preset_of("spindle-lms511", "lms111").unwrap(), "lms511");
+        let told = preset_of("paper", "mrs1000").unwrap_err().to_string();
+        assert!(told.contains("paper-lms111, paper-lms200") && told.contains("mrs1000"), "{told}");
+        assert!(matches!(preset_of("spindel", "lms111"), Err(ConfigError::Load(LoadError::Missing { .. }))));
     }
 }

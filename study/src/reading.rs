@@ -81,11 +81,15 @@ impl Reading {
     ) -> Result<Self, ReadingError> {
         let mount = rig.and_then(|rig| rig.scanners.get(scanner));
         let of_rig = rig.and_then(|rig| rig.calibration.as_deref());
+        let beams = rig.and_then(|rig| rig.optics);
         let calibration = match (calibration, of_rig, mount) {
             (CalibrationChoice::Given(calibration), ..) => calibration.map(|given| *given),
-            (CalibrationChoice::Named(name), ..) => Some(calibrations::load_calibration(name)?),
+            (CalibrationChoice::Named(name), ..) => {
+                let model = mount.map(|mount| mount.model.as_str()).unwrap_or_default();
+                Some(calibrations::load_named_calibration(name, model, beams)?)
+            }
             (CalibrationChoice::OfRig, Some(name), Some(mount)) => {
-                calibrations::load_calibration_for(name, &mount.model, rig.and_then(|rig| rig.optics))?
+                calibrations::load_calibration_for(name, &mount.model, beams)?
             }
             (CalibrationChoice::OfRig, ..) => None,
         };

@@ -125,7 +125,22 @@ fn a_peer_that_is_no_scanner_is_told_apart_from_one_that_is_silent() {
         let _ = stream.write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n");
         let _ = stream.read_to_end(&mut Vec::new());
     });
-    assert_says(&refused(&["estimate", &garbage]), &["bytes came that are no telegram"]);
+    assert_says(
+        &refused(&["estimate", &garbage]),
+        &["bytes came that are no telegram", "picoscan://127.0.0.1:"],
+    );
+    // A web server that closes at once, and one that says nothing.
+    let closing = peer(|stream| {
+        let _ = stream.read(&mut [0; 100]);
+        let _ = stream.write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n");
+    });
+    let mute = peer(|stream| {
+        let _ = stream.read(&mut [0; 100]);
+    });
+    for (url, found) in [(closing, "bytes that are no telegram"), (mute, "found nothing")] {
+        let remedy = ["closed the connection during start-up", "expected an answer", "picoscan://127.0.0.1:"];
+        assert_says(&refused(&["estimate", &url]), &[&remedy[..], &[found]].concat());
+    }
 }
 
 #[test]

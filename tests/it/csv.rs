@@ -339,3 +339,72 @@ fn a_recording_is_taken_for_the_model_that_it_names() {
         assert!(warned(&told), "{named} taken for {other}: {told}");
     }
 }
+
+/// What is told of a row and of its trees has one form each: the columns do not go by what is known.
+#[test]
+fn estimates_as_rows_have_one_form_whatever_is_known() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| text(&folder.path().join(name)).to_owned();
+    let dark = "version = 2\n[rig]\nspeed_m_s = 2.0\nrow_spacing_m = 4.0\ntree_spacing_m = 1.5\n[[rig.scanner]]\nmodel = \"lms111\"\n";
+    for (name, content) in [("small.toml", SCENE), ("dark.toml", dark)] {
+        std::fs::write(file(name), content).expect("written");
+    }
+    let (run_file, told, withheld) = (file("run.mcap"), file("small.toml"), file("dark.toml"));
+    let scanner = Emulator::start(&[&told, "--time-scale", "max"]);
+    let recorded = run(&["record", &scanner.url(), "-o", &run_file, "--scans", "300"]);
+    assert_eq!(recorded.code, Some(0), "{}", recorded.stderr);
+    let rows = |args: &[&str]| {
+        let ended = run(&[&["estimate", &run_file, "--format", "csv"], args].concat());
+        let mut reader = csv::Reader::from_reader(ended.stdout.as_bytes());
+        let head: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
+        let rows: Vec<Vec<String>> = reader
+            .records()
+            .map(|row| row.expect("as many fields as the header").iter().map(str::to_owned).collect())
+            .collect();
+        (head, rows, ended.code)
+    };
+    let cell = |(head, rows, _): &(Vec<String>, Vec<Vec<String>>, Option<i32>), row: usize, name: &str| {
+        let column =
+            head.iter().position(|found| found == name).unwrap_or_else(|| panic!("{name}: {head:?}"));
+        rows[row][column].clone()
+    };
+    let known = rows(&["--rig", &told]);
+    assert_eq!((known.1.len(), known.2), (1, Some(0)));
+    assert!(cell(&known, 0, "leaf_area_m2").parse::<f64>().expect("a number") > 0.0);
+    assert_eq!(cell(&known, 0, "leaf_area_withheld"), "");
+    for (args, why) in [(&["--rig", withheld.as_str()][..], "optics_unknown"), (&[], "no_rig")] {
+        let dark = rows(args);
+        assert_eq!((&dark.0, dark.1.len()), (&known.0, 1), "{args:?}");
+        assert_eq!(cell(&dark, 0, "leaf_area_m2"), "", "an area that is withheld is an empty cell, never 0");
+        assert_eq!(cell(&dark, 0, "leaf_area_withheld"), why);
+        assert_eq!(cell(&dark, 0, "scans"), cell(&known, 0, "scans"));
+    }
+    assert!(cell(&rows(&["--rig", &withheld]), 0, "warnings").contains("optics_unknown"));
+    // Every number and word of the document is in the rows.
+    for args in [&["--rig", told.as_str()][..], &["--rig", &withheld], &[]] {
+        let ended = run(&[&["estimate", &run_file, "--format", "json"], args].concat());
+        let document: Value = serde_json::from_str(&ended.stdout).expect("JSON");
+        for (key, value) in document.as_object().expect("an object") {
+            assert!(
+                known.0.contains(key) || !(value.is_number() || value.is_string()),
+                "{key} is in no column"
+            );
+        }
+    }
+
+    let known = rows(&["--rig", &told, "--by", "tree"]);
+    let dark = rows(&["--rig", &withheld, "--by", "tree"]);
+    assert_eq!(dark.0, known.0);
+    assert!(known.1.len() > 2 && dark.1.len() == known.1.len(), "{} and {}", known.1.len(), dark.1.len());
+    for tree in 0..known.1.len() {
+        assert!(!cell(&known, tree, "leaf_area_m2").is_empty());
+        assert_eq!(cell(&dark, tree, "leaf_area_m2"), "");
+        for name in ["scans_lost", "segments_lost"] {
+            assert_eq!((cell(&known, tree, name), cell(&dark, tree, name)), ("0".to_owned(), "0".to_owned()));
+        }
+        assert!(
+            cell(&dark, tree, "warnings").contains("optics_unknown"),
+            "every line says what its reader must know"
+        );
+    }
+}

@@ -29,6 +29,7 @@ mod determinism;
 mod documents;
 mod emulated_device;
 mod endings;
+mod estimate_recordings;
 mod examples;
 #[cfg(feature = "tables")]
 mod exports;

@@ -188,10 +188,19 @@ fn a_row_is_the_same_over_udp_and_from_recordings_and_captures() {
     assert_eq!(told["points_per_scan"], 2880, "the level layer");
     assert_says(
         &told["warnings"].to_string(),
-        &["other_layer: 20 scans are of inclined layers", "LFPlayerFilter", "uncalibrated"],
+        &[
+            "other_layer: 20 scans are of inclined layers",
+            "scanner_limited",
+            "LFPlayerFilter",
+            "uncalibrated",
+        ],
     );
+    // What the scanner's settings are is known of a live one only.
+    let limited = live.lines().find(|line| line.contains("scanner_limited")).expect("told");
+    let of_file = live.replace(&format!(",\n{limited}"), "");
+    assert_ne!(of_file, live);
     // The file may hold a turn more: the scanner sends until the end of the stream is answered.
-    assert_eq!(estimate(&file, &scene, &SCANS), live, "the recording, to the byte");
+    assert_eq!(estimate(&file, &scene, &SCANS), of_file, "the recording, to the byte");
 
     // Beside the encoder's, which the rig has the driver ask for: one a turn.
     const ENCODER: usize = 88;
@@ -203,7 +212,7 @@ fn a_row_is_the_same_over_udp_and_from_recordings_and_captures() {
     );
     let whole = path("whole.pcap");
     std::fs::write(&whole, capture(&datagrams, None)).expect("written");
-    assert_eq!(estimate(&whole, &scene, &SCANS), live, "a capture in fragments");
+    assert_eq!(estimate(&whole, &scene, &SCANS), of_file, "a capture in fragments");
     let hurt = path("hurt.pcap");
     std::fs::write(&hurt, capture(&datagrams, Some(54))).expect("written");
     let told: Value = serde_json::from_str(&estimate(&hurt, &scene, &SCANS)).expect("JSON");
@@ -218,6 +227,6 @@ fn a_row_is_the_same_over_udp_and_from_recordings_and_captures() {
     // Played again, over REST and UDP.
     let mut telling = Telling::start("replay", &[&file, "--rest", "127.0.0.1:0", "--time-scale", "0.2"]);
     let rest = telling.address();
-    assert_eq!(estimate(&format!("picoscan://{rest}?udp=0"), &scene, &SCANS), live, "a replay");
+    assert_eq!(estimate(&format!("picoscan://{rest}?udp=0"), &scene, &SCANS), of_file, "a replay");
     drop(telling);
 }

@@ -196,7 +196,7 @@ fn filters_that_another_client_left_cost_nothing_and_are_told() {
         assert_eq!(post(&pico.rest, name, &value), (200, json!(0)), "{name}");
         let ended =
             run(&[&["estimate", &pico.source(), "--rig", &scene, "--format", "json"], &args[..]].concat());
-        assert_says(&ended.stderr, &[name, "it is off now"]);
+        assert_says(&ended.stderr, &[name, "that is undone for this run"]);
         let found = parsed(&ended.stdout);
         assert_eq!(found["ranges"]["misses"], whole["ranges"]["misses"], "{name}");
         assert_eq!(found["leaf_area_m2"], whole["leaf_area_m2"], "{name}");

@@ -134,6 +134,22 @@ fn what_is_no_recording_is_refused_with_what_it_is() {
     let can = write("bus.log", b"(1700000000.000001) can0 18FEF100#0102\n");
     assert_says(&refused(&["estimate", &can]), &["candump log", "no SICK telegram"]);
     assert_eq!(run(&["decode", &can]).code, Some(0));
+    // Text of another kind, and a datagram of which nothing is whole.
+    let readme = write("README.md", b"# A title\n\nSome words: a table.\n");
+    for command in ["estimate", "decode", "replay"] {
+        assert_says(
+            &refused(&[command, &readme]),
+            &["README.md", "text and no recording", "line 3", "`Some`"],
+        );
+    }
+    let datagram =
+        write("bad.bin", b"\x02\x02\x02\x02\x01\0\0\0 a datagram that is cut, and no CRC is right");
+    for command in [&["estimate"][..], &["record", "--info"]] {
+        assert_says(
+            &refused(&[command, &[&datagram]].concat()),
+            &["bad.bin", "no SICK telegram", "expected Compact", "CRC"],
+        );
+    }
     let ranges =
         write("table.csv", b"# rowscan ranges 1; frequency_hz 50; start_deg 0; step_deg 1; unit feet\n");
     assert_says(&refused(&["estimate", &ranges]), &["table.csv", "line 1", "unit mm, cm or m", "`feet`"]);

@@ -93,14 +93,14 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
     }
     emulator.end();
     let recorded = ["scanner0", "scanner1"].map(|stream| format!("{recording}#{stream}"));
-    let rows = |format: &str| {
-        let args =
-            ["estimate", &recorded[0], &recorded[1], "--rig", scene, "--scans", "60", "--format", format];
-        let ended = run(&args);
+    let rows = |format: &str, by: &str| {
+        let sources = ["estimate", &recorded[0], &recorded[1]];
+        let asked = ["--rig", scene, "--scans", "60", "--format", format, "--by", by];
+        let ended = run(&[&sources[..], &asked].concat());
         assert_eq!(ended.code, Some(0), "{}", ended.stderr);
         ended.stdout
     };
-    let lines = rows("jsonl");
+    let lines = rows("jsonl", "row");
     let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let areas = |of: [&Value; 2]| of.map(|estimate| estimate["impacted_total_area_m2"].as_f64().unwrap());
     assert_eq!(
@@ -120,7 +120,9 @@ fn each_scanner_has_its_own_port_and_sees_its_own_row() {
     let ended = run(&["estimate", &recorded[0], "--rig", scene, "--can", "candump:/dev/full"]);
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     assert_says(&ended.stderr, &["the log ends here", "No space left", "/dev/full"]);
-    let csv = rows("csv");
+    let csv = rows("csv", "row");
+    assert!(csv.starts_with("scanner,source,") && csv.lines().count() == 3, "{csv}");
+    let csv = rows("csv", "tree");
     assert!(csv.starts_with("scanner,tree,") && csv.contains("\n1,0,"), "{csv}");
 }
 
@@ -213,7 +215,9 @@ fn each_stream_of_a_recording_is_read_by_its_own_model() {
     let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
     let [scene, right, wrong, file, twin] =
         ["scene.toml", "right.toml", "wrong.toml", "both.mcap", "twin.mcap"].map(path);
-    std::fs::write(&scene, SCENE.replace("tim561", "picoscan150")).expect("written");
+    // Beams that widen, as the rigs say: an emulator's recording knows which it had.
+    let emulated = SCENE.replace("tim561", "picoscan150") + "[optics]\nstages = \"device\"\n";
+    std::fs::write(&scene, emulated).expect("written");
     std::fs::write(&right, BY_MODEL).expect("written");
     // A rig whose scanners are of other models than the recorded ones.
     let others = BY_MODEL.replace("lms111", "tim561").replace("picoscan150", "lms111");

@@ -7,12 +7,15 @@
 //! | [`Gauges`] | where tractor and scanners tell how they are |
 //! | [`OrchardPicture`] | an orchard as a browser draws it: bytes, made once |
 //! | [`Onlooker`] | another program that is told of every scan |
+//! | `foxglove` | the same for Foxglove and Lichtblick, with the feature of that name |
 //! | [`Web`] | the page at an address, with the routes of a [`Bench`](rowscan_control::Bench) beside it |
 //!
 //! Nobody who is watched waits for a browser. Lines are kept one a scanner, the newest. A picture is made of them every 40 ms while somebody looks, once for
 //! all browsers; a browser has two pictures at most that it has not drawn yet, and misses those that come meanwhile.
 
 mod clock;
+#[cfg(feature = "foxglove")]
+pub mod foxglove;
 mod gauges;
 mod line;
 mod live;

@@ -30,8 +30,14 @@ struct VoxelDensity {
     /// Relative standard deviation of what the beams' width was taken out by; 0 for rays.
     spot_sd: f64,
     sums: Sums,
-    /// Leaf area by band, m².
-    bands_m2: Vec<f64>,
+    bands: Vec<Band>,
+}
+
+/// The leaf area of a height band.
+#[derive(Clone, Copy, Debug, Default)]
+struct Band {
+    leaf_m2: f64,
+    variance_m4: f64,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,17 +58,25 @@ impl VoxelDensity {
             projection: setting.parameters.projection,
             spot_sd: setting.parameters.spot_relative_sd(setting.frame.distance_m),
             sums: Sums::default(),
-            bands_m2: vec![0.0; bands],
+            bands: vec![Band::default(); bands],
         }
     }
 
-    /// Shares a layer's leaf area out over the bands it reaches into.
-    fn spread(&mut self, [from_m, to_m]: [f64; 2], leaf_m2: f64) {
-        for (band, sum_m2) in self.bands_m2.iter_mut().enumerate() {
-            let (low_m, high_m) = (band as f64 * BAND_M, (band + 1) as f64 * BAND_M);
-            let overlap_m = (to_m.min(high_m) - from_m.max(low_m)).max(0.0);
-            *sum_m2 += leaf_m2 * overlap_m / (to_m - from_m);
+    /// Shares a layer's leaf area out over the bands it reaches into; what it is off stands in all its parts alike.
+    fn spread(&mut self, [from_m, to_m]: [f64; 2], layer: Band) {
+        for (number, band) in self.bands.iter_mut().enumerate() {
+            let (low_m, high_m) = (number as f64 * BAND_M, (number + 1) as f64 * BAND_M);
+            let share = (to_m.min(high_m) - from_m.max(low_m)).max(0.0) / (to_m - from_m);
+            band.leaf_m2 += layer.leaf_m2 * share;
+            band.variance_m4 += layer.variance_m4 * share * share;
         }
+    }
+
+    /// The ends of the sampling error, 95 %; what the spot's correction may be off stands in every voxel alike.
+    fn ends_m2(&self, leaf_m2: f64, variance_m4: f64) -> [f64; 2] {
+        let of_spot_m2 = self.spot_sd * leaf_m2;
+        let half_m2 = Z95 * (variance_m4 + of_spot_m2 * of_spot_m2).sqrt();
+        [(leaf_m2 - half_m2).max(0.0), leaf_m2 + half_m2]
     }
 }
 
@@ -75,20 +89,26 @@ impl Estimator for VoxelDensity {
             Some((voxel.contact_frequency(min_beams)? - bias).max(0.0))
         };
         let m2_per_rate = voxels.volume_m3() / self.projection;
+        // λ² / K, with K the number of equally weighted hits.
+        let variance_of = |voxel: &Voxel| {
+            let rate = rate(voxel).filter(|_| voxel.hits_m > 0.0)?;
+            Some(rate * rate * voxel.hits_m2 / (voxel.hits_m * voxel.hits_m))
+        };
         let (mut seen_m2, mut leaf_m2) = (0.0, 0.0);
-        for layer in voxels.layers(rate) {
+        for (layer, scatter) in voxels.layers(rate).zip(voxels.layers(variance_of)) {
             let of_layer_m2 = (layer.density + layer.filled) * m2_per_rate;
             leaf_m2 += of_layer_m2;
             seen_m2 += layer.density * m2_per_rate;
-            self.spread(layer.z_m, of_layer_m2);
+            let filled = if layer.density > 0.0 { 1.0 + layer.filled / layer.density } else { 1.0 };
+            let variance_m4 = correlated * scatter.density * (m2_per_rate * filled).powi(2);
+            self.spread(layer.z_m, Band { leaf_m2: of_layer_m2, variance_m4 });
         }
         let mut leafy = 0.0;
         let mut variance = 0.0;
         for voxel in voxels.iter().filter(|voxel| voxel.hits_m > 0.0) {
-            if let Some(rate) = rate(voxel) {
+            if let Some(of_voxel) = variance_of(voxel) {
                 leafy += 1.0;
-                // λ² / K, with K the number of equally weighted hits.
-                variance += rate * rate * voxel.hits_m2 / (voxel.hits_m * voxel.hits_m);
+                variance += of_voxel;
             }
         }
         // What stands in filled voxels is known no better than what it was copied from.
@@ -105,10 +125,7 @@ impl Estimator for VoxelDensity {
     fn measures(&self, stretch: &Stretch, out: &mut Vec<Measure>) {
         let sums = &self.sums;
         let of = |quantity, value| Measure::new(INFO.name, quantity, value);
-        // What the spot's correction may be off stands in every voxel alike.
-        let of_spot_m2 = self.spot_sd * sums.leaf_m2;
-        let half_m2 = Z95 * (sums.variance_m4 + of_spot_m2 * of_spot_m2).sqrt();
-        let ends_m2 = [(sums.leaf_m2 - half_m2).max(0.0), sums.leaf_m2 + half_m2];
+        let ends_m2 = self.ends_m2(sums.leaf_m2, sums.variance_m4);
         let seen = stretch.scanned_m > 0.0;
         out.push(of(Quantity::LeafArea, seen.then_some(sums.leaf_m2)).within(ends_m2));
         if let Some(ground_m2) = stretch.ground_m2 {
@@ -117,16 +134,17 @@ impl Estimator for VoxelDensity {
         }
         out.push(of(Quantity::LeafAreaDensity, Some(sums.leafy_m2 / sums.leafy_m3)));
         out.push(of(Quantity::HitsPerPatch, Some(sums.hits / sums.patches)));
-        let top = self.bands_m2.iter().rposition(|leaf_m2| *leaf_m2 > 0.0).map_or(0, |band| band + 1);
-        for (band, leaf_m2) in self.bands_m2.iter().take(top).enumerate() {
-            let edges_m = [band as f64 * BAND_M, (band + 1) as f64 * BAND_M];
-            out.push(of(Quantity::LeafArea, Some(*leaf_m2)).of_band(edges_m));
+        let top = self.bands.iter().rposition(|band| band.leaf_m2 > 0.0).map_or(0, |band| band + 1);
+        for (number, band) in self.bands.iter().take(top).enumerate() {
+            let edges_m = [number as f64 * BAND_M, (number + 1) as f64 * BAND_M];
+            let ends_m2 = self.ends_m2(band.leaf_m2, band.variance_m4);
+            out.push(of(Quantity::LeafArea, Some(band.leaf_m2)).within(ends_m2).of_band(edges_m));
         }
     }
 
     fn clear(&mut self) {
         self.sums = Sums::default();
-        self.bands_m2.fill(0.0);
+        self.bands.fill(Band::default());
     }
 
     fn boxed(&self) -> Box<dyn Estimator> {

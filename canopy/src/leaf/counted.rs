@@ -1,5 +1,6 @@
 //! What hits are counted by, and the scale that makes leaf area of it.
 
+use super::count::Count;
 use super::sums::Sums;
 use super::withheld::Withheld;
 use crate::calibration::{Calibration, ContactScale};
@@ -9,25 +10,6 @@ use crate::row::{Row, Totals};
 
 /// Of so many hits at least, remission must be known.
 const READ: f64 = 0.95;
-
-/// What a hit counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Count {
-    /// One: contact frequency.
-    Hits,
-    /// The share of the spot that leaves took.
-    Shares,
-}
-
-impl Count {
-    /// Its name in results.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Hits => "contact",
-            Self::Shares => "share",
-        }
-    }
-}
 
 /// A row's raw leaf area, what it was counted by, and its scale.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,8 @@
 //! From sums to leaf areas, by one calibration and with one verdict.
 
 use super::areas::{Known, LeafAreas};
-use super::counted::{Count, Counted, reads_remission, shares_over_contact};
+use super::count::Count;
+use super::counted::{Counted, reads_remission, shares_over_contact};
 use super::estimator::LeafAreaEstimator;
 use super::sums::Sums;
 use super::withheld::Withheld;

@@ -7,6 +7,7 @@
 //! A [`LeafAreas`] holds each number as a `Result`: who prints it cannot reach one that is withheld.
 
 mod areas;
+mod count;
 mod counted;
 mod estimator;
 mod law;
@@ -18,7 +19,7 @@ mod window;
 mod withheld;
 
 pub use areas::{Known, LeafAreas};
-pub(crate) use counted::Count;
+pub(crate) use count::Count;
 pub use estimator::LeafAreaEstimator;
 pub(crate) use law::{Law, RangedAreas};
 pub use piece_leaf::PieceLeaf;

@@ -61,6 +61,8 @@ reasons! {
     CardTooShort = 19, "card_too_short", "the card was measured at too few ranges";
     CardLaw = 20, "card_law", "other cards refute that remission goes by the logarithm of power";
     EncoderStuck = 21, "encoder_stuck", "the encoder stood while scans changed as they do when the tractor drives";
+    EncoderSpeed = 22, "encoder_speed", "the speed by the encoder is a quarter, or four times, of the rig's and beyond";
+    EncoderJumped = 23, "encoder_jumped", "the encoder's count jumped as no tractor drives in more than 3 % of the scans";
 }
 
 impl fmt::Display for Withheld {

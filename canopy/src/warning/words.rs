@@ -3,6 +3,7 @@
 use std::fmt;
 
 use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::rig::BeamWidth;
 
 use super::Warning;
 use crate::class::ClassKey;
@@ -76,7 +77,7 @@ impl fmt::Display for Warning {
                 write!(f, "{} is {found}, {by} {expected}", key.name())?;
                 apart(f, *relative_sd)?;
                 if *key == ClassKey::LineSpacing {
-                    f.write_str("; few lines a voxel read high: a voxel is as large as the rig's `speed_m_s` asks, so say the speed that was driven")?;
+                    f.write_str("; fewer lines a voxel read higher, more of them lower; the rig's `speed_m_s` sets how large a voxel is: let it be the speed that was driven")?;
                 }
                 Ok(())
             }
@@ -118,6 +119,30 @@ impl fmt::Display for Warning {
             Self::BrokenOff { place } => {
                 write!(f, "the recording is {place}; the estimate is of the scans that can be read, however much of the row they show")
             }
+            Self::StreamsLeftOut { read, left_out } => write!(
+                f,
+                "the recording holds scans of several streams and none was named: these are of `{read}`, the first by name; left out: {}; name one with \
+                 FILE#STREAM",
+                left_out.join(", ")
+            ),
+            Self::OtherRig { differences } => write!(
+                f,
+                "the recording was made with another rig than the given one, which decides: {}; expected the rig that the recording was made with",
+                differences.join(", ")
+            ),
+            Self::OtherOptics { recorded, given, is_known } => {
+                let (recorded, given) = (optics(*recorded), optics(*given));
+                match is_known {
+                    true => write!(
+                        f,
+                        "an emulator made the recording with optics {recorded}, which decides; the rig says {given}; set the rig's `optics` to \"{recorded}\""
+                    ),
+                    false => write!(
+                        f,
+                        "the recording was kept with optics {recorded}, the rig says {given}, which decides; a real scanner's beams are `optics = \"device\"`"
+                    ),
+                }
+            }
             Self::Setting(note) => write!(f, "{note}"),
             Self::OtherModel { taken_for, found } => {
                 let listed = |name: fn(AnyModel) -> &'static str| {
@@ -135,7 +160,7 @@ impl fmt::Display for Warning {
                 write!(f, "{telegrams} scan telegrams gave no scan ({}); of the first, {fault}", fault.code())
             }
             Self::Excluded { why: Exclusion::OtherLayer, scans } => {
-                write!(f, "{scans} scans are of inclined layers and were left out: the estimate is of the level layer (within 1°) alone, and is none where ScanLayerFilter or LFPlayerFilter switches that off")
+                write!(f, "{scans} scans are of inclined layers and were left out: the estimate is of the level layer (within 1°) alone")
             }
             Self::Excluded { why, scans } => write!(f, "{scans} scans were left out: {}, {}", why.code(), why.reason()),
             Self::TurnsLeftOut { turns, of } => write!(
@@ -168,21 +193,29 @@ impl fmt::Display for Warning {
                 "the encoder stood in {scans} of {of} scans that changed as they do while it counts: it sticks, or its cable has a bad contact, and the way is too \
                  short by that; mend it, or take --advance gnss, can or constant (in strong wind a tractor that stands can look so too)"
             ),
-            Self::EncoderSpeed { encoder_m_s, rig_m_s } => write!(
+            Self::EncoderSpeed { encoder_m_s, rig_m_s } => {
+                let remedy = "compare with --advance gnss or can; mend the encoder or correct encoder_ticks_per_m, or say with speed_m_s how fast it was";
+                write!(
+                    f,
+                    "by the encoder the row was driven at {encoder_m_s:.2} m/s (half of the way faster, half slower), the rig says {rig_m_s} m/s: unless the tractor \
+                     drove so, the encoder {}, and areas are wrong by that factor; {remedy}",
+                    if encoder_m_s < rig_m_s {
+                        "misses ticks or encoder_ticks_per_m is too large"
+                    } else {
+                        "counts too many or encoder_ticks_per_m is too small"
+                    }
+                )
+            }
+            Self::EncoderJumped { times } => write!(
                 f,
-                "the encoder counted {encoder_m_s:.2} m/s on average while it counted, the rig says {rig_m_s} m/s: if the tractor drove as the rig says, the encoder \
-                 misses ticks or encoder_ticks_per_m is wrong, and areas are wrong by that factor; compare with --advance gnss or can, or correct speed_m_s"
-            ),
-            Self::EncoderFell { times } => write!(
-                f,
-                "the encoder's count fell {times} times as no tractor goes back, and the scanner went on: it was set anew, or has fewer bits; the way of \
-                 those turns is by the speed before"
+                "the encoder's count jumped {times} times as no tractor drives (over 20 m/s), and the scanner went on: it was set anew, has fewer bits, or was \
+                 read wrongly; the way of those turns is by the speed before"
             ),
             Self::ConstantSpeed { scans, speed_m_s, has_encoder } => {
                 let none = if *has_encoder { "" } else { " (this scanner's model tells no encoder's count)" };
                 write!(
                     f,
-                    "the rig has an encoder, and {scans} scans have no reading of it{none}: the way is by the rig's constant {speed_m_s} m/s. If the tractor drove \
+                    "the rig has an encoder (a scene's has one by default), and {scans} scans have no reading of it{none}: the way is by the rig's constant {speed_m_s} m/s. If the tractor drove \
                      otherwise, take --advance gnss or can; "
                 )?;
                 if *has_encoder {
@@ -207,7 +240,7 @@ impl fmt::Display for Warning {
             }
             Self::GroundAsCanopy { share, z_m } => write!(
                 f,
-                "no beam met the ground where the rig puts it, and {:.0} % of the returns that count as canopy lie level {z_m:.1} m above it, as ground does:                  leaf areas are too large; compare the mount's `height_m`, `roof` and angles with the machine",
+                "no beam met the ground where the rig puts it, and {:.0} % of the returns that count as canopy lie level {z_m:.1} m above it, as ground does: leaf areas are too large; compare the mount's `height_m`, `roof` and angles with the machine",
                 100.0 * share
             ),
             Self::BeforeRow { before_m } => write!(
@@ -224,6 +257,14 @@ impl fmt::Display for Warning {
                 write!(f, "only the first {kept} trees and slices are listed; the totals hold all")
             }
         }
+    }
+}
+
+/// The width of beams, as a rig file has it.
+fn optics(width: BeamWidth) -> &'static str {
+    match width {
+        BeamWidth::Ideal => "ideal",
+        BeamWidth::Device => "device",
     }
 }
 

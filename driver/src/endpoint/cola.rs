@@ -67,6 +67,14 @@ impl Endpoint for ColaEndpoint {
         self.failed();
     }
 
+    fn closed_early(&self, counts: FrameCounts) -> DriverError {
+        let address = self.address.clone();
+        match counts.frames {
+            0 => DriverError::ClosedUnanswered { address, junk: JunkBytes(self.junk + counts.skipped_bytes) },
+            _ => DriverError::Closed { address, when: "during start-up" },
+        }
+    }
+
     fn no_answer(&mut self, command: &'static str, counts: FrameCounts) -> Result<(), DriverError> {
         let (address, timeout) = (self.address.clone(), self.reply_timeout());
         if counts.frames > 0 {

@@ -53,6 +53,11 @@ pub(crate) trait Endpoint: Send {
     /// The device did not answer `command`. `Ok` if it shall be tried another way at once, over a new connection.
     fn no_answer(&mut self, command: &'static str, counts: FrameCounts) -> Result<(), DriverError>;
 
+    /// The peer closed the connection during start-up, when so much had come.
+    fn closed_early(&self, _: FrameCounts) -> DriverError {
+        DriverError::Closed { address: self.address().to_owned(), when: "during start-up" }
+    }
+
     /// An attempt has failed: the next one begins anew.
     fn failed(&mut self);
 

@@ -201,6 +201,11 @@ impl PicoSession {
                     let off = body.get("data").and_then(|data| step::off(setting, data));
                     off.into_iter().for_each(|off| self.steps.push_front(off));
                 }
+                (None, None) if step.told.is_some() => {
+                    let is_on = body.get("data").and_then(|data| step::is_on(step.name, data));
+                    let told = step.told.filter(|_| is_on == Some(true));
+                    self.events.extend(told.map(|what| HostEvent::Limited { what }));
+                }
                 (None, _) if !self.is_stopping => self.switched_on.extend(step.switches_on()),
                 _ => {}
             },

@@ -22,26 +22,40 @@ pub(super) struct Step {
     pub(super) may_lack: bool,
     /// The setting that it reads or puts right.
     pub(super) leftover: Option<&'static Leftover>,
+    /// What is told where it reads a switch that is on.
+    pub(super) told: Option<&'static str>,
 }
 
 /// What a setting that begins with a switch is written to be off, if it was on: the same with `bEnable` off. Real devices wrap structs by their name;
 /// the schema shows them bare.
 pub(super) fn off(setting: &'static Leftover, data: &Value) -> Option<Step> {
+    let was_on = is_on(setting.name, data)?;
     let mut value = data.get(setting.name).unwrap_or(data).clone();
     let enable = value.get_mut("bEnable")?;
-    let was_on = enable.as_bool().or_else(|| enable.as_u64().map(|on| on != 0))?;
     *enable = if enable.is_boolean() { json!(false) } else { json!(0) };
     was_on.then(|| Step { leftover: Some(setting), ..Step::write(setting.name, value, false) })
 }
 
+/// Whether a setting that begins with a switch is on.
+pub(super) fn is_on(name: &str, data: &Value) -> Option<bool> {
+    let enable = data.get(name).unwrap_or(data).get("bEnable")?;
+    enable.as_bool().or_else(|| enable.as_u64().map(|on| on != 0))
+}
+
 impl Step {
     fn read(name: &'static str, is_needed: bool) -> Self {
-        Self { name, data: None, is_needed, may_lack: false, leftover: None }
+        Self { name, data: None, is_needed, may_lack: false, leftover: None, told: None }
     }
 
     /// Reads a setting that another client may have left, and that not every model has.
     fn look(setting: &'static Leftover) -> Self {
         Self { may_lack: true, leftover: Some(setting), ..Self::read(setting.name, false) }
+    }
+
+    /// Reads which layers are sent: that is the user's choice.
+    fn look_at_layers() -> Self {
+        let told = "some of its layers are off (LFPlayerFilter): their lines are not sent, and the user's choice is kept";
+        Self { may_lack: true, told: Some(told), ..Self::read("LFPlayerFilter", false) }
     }
 
     fn write(name: &'static str, value: Value, is_needed: bool) -> Self {
@@ -94,7 +108,11 @@ pub(super) fn start_up(to: SocketAddrV4, place: &PicoscanAddress, config: &ColaC
         [Step::write(settings, destination.clone(), false), Step::write(enable, json!(true), false)]
     });
     let last = Step::write("ScanDataEnable", json!(true), true);
-    let steps = about.into_iter().chain(leftovers).chain(settings.into_iter().flatten());
+    let steps = about
+        .into_iter()
+        .chain(leftovers)
+        .chain([Step::look_at_layers()])
+        .chain(settings.into_iter().flatten());
     (steps.chain(readings).chain([last]).collect(), profile.is_ok())
 }
 

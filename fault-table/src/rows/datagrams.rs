@@ -60,7 +60,7 @@ pub(super) const UDP_LATE: Row = Row {
     family: Family::Datagrams,
     parameters: &[Parameter::new("ms", Form::Number(0.1, 60_000.0), "50", "so much later, milliseconds")],
     about: "Datagrams of Compact telegrams come late, each with probability `p`: behind those that are sent meanwhile.",
-    reports: "segments_lost where more than four telegrams overtake one",
+    reports: "segments_lost where more than four telegrams of later turns overtake one",
     recovery: "next turn",
     make: |settings| {
         let late = Duration::from_secs_f64(settings.number("ms")?.unwrap_or(50.0) / 1e3);

@@ -73,10 +73,11 @@ impl Senders {
         self.leave_out(Some(sender))
     }
 
-    /// Whose a reading is that came from `from`; `sender` 0 tells no number. None before it can be known: no segment of the followed scanner has come.
+    /// Whose a reading is that came from `from`; `sender` 0 tells no number. None before it can be known: no scanner is asked for or followed, or, without a number,
+    /// no segment of the followed one has come.
     pub(super) fn take_reading(&mut self, sender: u32, from: Option<SocketAddr>) -> Option<Sender> {
         if sender != 0 {
-            let is_other = self.followed().is_some_and(|followed| sender != followed);
+            let is_other = sender != self.followed()?;
             return Some(if is_other { self.leave_out(Some(sender)) } else { Sender::Own });
         }
         let Some(from) = from else { return Some(Sender::Own) };
@@ -185,6 +186,7 @@ mod tests {
     #[test]
     fn readings_of_others_are_no_reason_to_follow_one() {
         let mut senders = Senders::default();
+        assert_eq!(senders.take_reading(9, None), None, "whose scans come is not known yet");
         senders.ask(7);
         (0..2 * PATIENCE).for_each(|_| {
             senders.take_reading(9, None);

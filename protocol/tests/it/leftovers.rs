@@ -57,7 +57,7 @@ const NO_LEFTOVERS: &[&str] = &[
     "EtherCoLaScanMode",
     "EncSetting",
     "TSCRole",
-    // Layers of today's scanners are the user's choice.
+    // Layers of today's scanners are the user's choice, which is told.
     "LFPlayerFilter",
 ];
 

@@ -4,13 +4,22 @@ use super::ReadError;
 use crate::{Joint, Packet};
 
 const STX: u8 = 0x02;
+/// Letters of a word that are shown.
+const MOST_SHOWN: usize = 20;
 
 /// The text's bytes, a packet a line where every line begins a frame.
 pub(super) fn packets(text: &str) -> Result<Vec<Packet>, ReadError> {
     let mut lines = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
         let bytes = line.split([';', '#']).next().unwrap_or_default();
-        let bytes = hex_line(bytes).map_err(|found| ReadError::NotHex { line: number, found })?;
+        let bytes = hex_line(bytes).map_err(|found| {
+            // Where nothing before it is hex, nor how it begins, it is no typing error.
+            let first: String = words(bytes).next().unwrap_or_default().chars().take(MOST_SHOWN).collect();
+            match lines.is_empty() && first == found {
+                true => ReadError::OtherText { line: number, found },
+                false => ReadError::NotHex { line: number, found },
+            }
+        })?;
         if !bytes.is_empty() {
             lines.push(bytes);
         }
@@ -23,12 +32,17 @@ pub(super) fn packets(text: &str) -> Result<Vec<Packet>, ReadError> {
     Ok(lines.into_iter().map(packet).collect())
 }
 
+/// What is between blanks and commas.
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty())
+}
+
 /// Bytes, apart or not, with or without `0x`; an error is the word that is none.
 fn hex_line(line: &str) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
-    for word in line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty()) {
+    for word in words(line) {
         let digits = word.strip_prefix("0x").unwrap_or(word);
-        bytes.extend(pairs(digits).ok_or_else(|| word.chars().take(20).collect::<String>())?);
+        bytes.extend(pairs(digits).ok_or_else(|| word.chars().take(MOST_SHOWN).collect::<String>())?);
     }
     Ok(bytes)
 }
@@ -61,5 +75,16 @@ mod tests {
         let error = packets("02 73 ; fine\nhello\n").unwrap_err();
         assert!(error.to_string().starts_with("line 2: "), "{error}");
         assert!(error.to_string().contains("`hello`"), "{error}");
+        let error = packets("02 7\nhello\n").unwrap_err();
+        assert!(matches!(error, ReadError::NotHex { line: 1, .. }), "{error}");
+    }
+
+    #[test]
+    fn text_of_another_kind_is_told_as_no_recording() {
+        for text in ["# Title\n\nSome words.\n", "key = \"value\"\n", "<html>\n02 73\n"] {
+            let error = packets(text).unwrap_err();
+            assert!(matches!(error, ReadError::OtherText { .. }), "{text}: {error}");
+            assert!(error.to_string().contains("no recording"), "{error}");
+        }
     }
 }

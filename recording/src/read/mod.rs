@@ -97,6 +97,17 @@ pub enum ReadError {
         /// What it is, and the remedy.
         what: &'static str,
     },
+    /// Text of which no line is hex, or anything else that is read.
+    #[error(
+        "it is text and no recording, as its line {line} shows, which begins `{found}`; expected a recording: MCAP, a network capture, raw bytes, hex text, \
+         telegrams as text, a candump log, CSV of ranges, packets in Wireshark's JSON or a CARMEN log"
+    )]
+    OtherText {
+        /// The first line that is no comment, from 1 on.
+        line: usize,
+        /// Its first word.
+        found: String,
+    },
     /// Text that is not hex.
     #[error(
         "line {line}: expected bytes as two hex digits each (a comment begins with `;`), found `{found}`"
@@ -322,6 +333,13 @@ impl Recording {
             Packets::Mcap(reader) => &reader.streams,
             _ => &self.streams,
         }
+    }
+
+    /// What the bytes of its first scanner's stream are, of those met so far; of none, of its first stream.
+    pub fn main_kind(&self) -> StreamKind {
+        let mut kinds = self.streams().iter().map(|stream| stream.kind);
+        let first = kinds.clone().next().unwrap_or(StreamKind::Bytes);
+        kinds.find(|kind| kind.is_scanner()).unwrap_or(first)
     }
 
     /// When it begins: the time of the first packet, of any protocol.

@@ -81,6 +81,18 @@ pub enum ScanError {
         /// Upper.
         to: f64,
     },
+    /// Seen from the sensor the target has no width.
+    #[error(
+        "seen by a {kind} scan the target has no width, from {from} to {to}; say with --range what is to be swept"
+    )]
+    NoWidth {
+        /// The type of scan.
+        kind: ScanKind,
+        /// Lower.
+        from: f64,
+        /// Upper.
+        to: f64,
+    },
     /// So many lines or beams that no scan would end.
     #[error("{key} gives {found:.0} {what}; at most {MOST:.0} are cast")]
     TooMany {
@@ -354,6 +366,8 @@ impl Station {
         let (from, to) = asked.unwrap_or(range);
         if from.is_finite() && to.is_finite() && least <= from && from < to && to <= greatest {
             Ok((from, to))
+        } else if asked.is_none() {
+            Err(ScanError::NoWidth { kind, from, to })
         } else {
             Err(ScanError::Range { limits, from, to })
         }

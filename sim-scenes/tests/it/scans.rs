@@ -217,6 +217,11 @@ fn scans_that_cannot_be_are_refused_with_the_reason() {
     assert!(matches!(refused(ScanSettings { range: Some((-91.0, 0.0)), ..base() }), ScanError::Range { .. }));
     let low = ScanSettings { kind: ScanKind::Zenith, overhead_m: Some(3.0), ..base() };
     assert!(matches!(refused(low), ScanError::InsideTree { .. }));
+    // A flat wall seen from above: nobody gave a range, so it is not the range that is wrong.
+    let flat = ScanSettings { kind: ScanKind::Zenith, overhead_m: Some(9.0), ..base() };
+    let why = refused(flat.clone()).to_string();
+    assert!(why.contains("no width") && why.contains("--range"), "{why}");
+    assert!(matches!(refused(ScanSettings { range: Some((1.0, 1.0)), ..flat }), ScanError::Range { .. }));
     let post = Cylinder::new([0.0, 0.5, 0.0], [0.0, 0.5, 2.0], 0.6).unwrap();
     let thick = Orchard::from_organs(Vec::new(), vec![post], 3.0);
     let near = ScanSettings { distance_m: 0.5, ..base() };

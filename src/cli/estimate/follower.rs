@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use indicatif::ProgressBar;
-use rowscan_canopy::{Enough, Estimate, Pipeline, Reached, UNREADABLE};
+use rowscan_canopy::{Enough, Estimate, Pipeline, Reached, UNREADABLE, Warning};
 use rowscan_driver::{Arrival, DriverConfig, Scanner, Source};
 use rowscan_ports::clock;
 use rowscan_protocol::model::AnyModel;
@@ -29,6 +29,8 @@ pub(super) struct Follower {
     pub(super) name: Option<String>,
     /// The model that it is taken for, if any.
     pub(super) taken_for: Option<AnyModel>,
+    /// What is to be told of its recording beside the rig.
+    pub(super) notes: Vec<Warning>,
     pub(super) config: DriverConfig,
     pub(super) pipeline: Pipeline,
     pub(super) sensor: Sensor,
@@ -86,7 +88,7 @@ impl Follower {
                 Err(_) => false,
             };
             let (broken_off, models) = (scanner.broken_off(), scanner.models());
-            let settings = scanner.settings();
+            let (settings, left_out) = (scanner.settings(), scanner.streams_left_out());
             let counts = scanner.stop(STOP_TIMEOUT).await;
             drop(telling);
             if let Some(feed) = self.feed.as_mut().filter(|_| again) {
@@ -100,6 +102,10 @@ impl Follower {
             if let Some(place) = broken_off {
                 estimate.broken_off(place);
             }
+            if let Some(others) = left_out {
+                estimate.streams_left_out(others.read, others.left_out);
+            }
+            estimate.warnings.append(&mut self.notes);
             if let Some(taken_for) = self.taken_for {
                 estimate.named(&models, taken_for);
             }

@@ -4,12 +4,13 @@ mod follower;
 mod map;
 mod print;
 mod rig;
+mod scanner_report;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use indicatif::ProgressBar;
-use rowscan_canopy::{CutMethod, Enough};
+use rowscan_canopy::{CutMethod, Enough, Warning};
 use rowscan_driver::{DriverConfig, DriverError, Source};
 use rowscan_ports::Delivery;
 use rowscan_ports::clock::Stopwatch;
@@ -35,8 +36,10 @@ use super::{Failure, Format, Outcome, models, progress, scene, service};
 use crate::export::map::LeafMap;
 use follower::{Followed, Follower};
 use map::{MapArgs, Maps, Way};
+use print::By;
 pub(super) use print::warnings;
-use print::{By, ScannerReport};
+use rig::{Loaded, Recorded};
+use scanner_report::ScannerReport;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -56,7 +59,7 @@ pub(super) struct Args {
     /// The echo the scans hold: a live scanner is asked for it; of a recording it is taken as said [default: first of a live scanner]
     #[arg(long, value_enum, value_name = "WHICH", requires = "rig")]
     echo: Option<EchoArg>,
-    /// A calibration file or a shipped calibration's name, instead of the rig's own
+    /// A calibration instead of the rig's own: a file, a shipped one's name, or a class (`spindle`), then that of the scanner's model
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
     /// End after so many scans of each
@@ -170,10 +173,18 @@ impl Args {
     }
 
     /// How each source is read.
-    fn readings(&self, rig: Option<&Rig>, scanners: &[usize]) -> Result<Vec<Reading>, Failure> {
+    fn readings(
+        &self,
+        rig: Option<&Rig>,
+        scanners: &[usize],
+        recorded: &[Recorded],
+    ) -> Result<Vec<Reading>, Failure> {
         let asked = self.estimators.asked()?;
         let cuts: Vec<CutMethod> = self.trees.iter().copied().map(CutMethod::from).collect();
-        let read = |(source, scanner): (&Source, &usize)| {
+        let read = |(place, (source, scanner)): (usize, (&Source, &usize))| {
+            let decided =
+                rig.map(|rig| recorded.get(place).map_or_else(|| rig.clone(), |told| told.decides(rig)));
+            let rig = decided.as_ref();
             let calibration =
                 self.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
             let encoder = self.sensor.wants_encoder();
@@ -190,7 +201,7 @@ impl Args {
             }
             Ok(reading)
         };
-        self.sources.iter().zip(scanners).map(read).collect()
+        self.sources.iter().zip(scanners).enumerate().map(read).collect()
     }
 
     /// All of it is in files: there is an end, and no result before it.
@@ -228,14 +239,14 @@ impl Args {
         &self,
         place: usize,
         (scanners, rig): (&[usize], Option<&Rig>),
-        reading: Reading,
+        reading: (Reading, Vec<Warning>),
         taping: &Taping,
         sensor: Sensor,
         beside: (&ProgressBar, &Page),
     ) -> Option<Follower> {
         let (source, scanner) = (self.sources.get(place)?, scanners.get(place)?);
         let name = (scanners.len() > 1).then(|| format!("scanner{scanner}"));
-        let Reading { cola, lms2xx, pipeline } = reading;
+        let (Reading { cola, lms2xx, pipeline }, notes) = reading;
         let prefer = self.prefer.into();
         let mut config = DriverConfig { cola, lms2xx, wait: self.wait, prefer, ..DriverConfig::default() };
         let stream = name.as_deref().unwrap_or("scanner");
@@ -248,6 +259,7 @@ impl Args {
             place,
             source: source.clone(),
             name,
+            notes,
             taken_for: rig.and_then(|rig| AnyModel::by_name(&rig.scanners.get(*scanner)?.model)),
             config,
             pipeline,
@@ -355,16 +367,17 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         let why = "--record keeps what a scanner sends, and this is a recording already: leave it out, or write it anew with `rowscan record FILE -o NEW`";
         return Err(Failure::Usage(why.to_owned()));
     }
-    let (rig, scene) = match &args.rig {
+    let (rig, scene, mut recorded) = match &args.rig {
         Some(name) => {
             let echo = args.echo.map(EchoChoice::from);
-            let (rig, scene) = rig::load(name, args.model.as_deref(), (&args.sources, &scanners), echo)?;
-            (Some(rig), scene)
+            let Loaded { rig, scene, recorded } =
+                rig::load(name, args.model.as_deref(), (&args.sources, &scanners), echo)?;
+            (Some(rig), scene, recorded)
         }
-        None => (None, None),
+        None => (None, None, Vec::new()),
     };
     let maps = args.map.check(&args.sources, scene.as_ref())?;
-    let readings = args.readings(rig.as_ref(), &scanners)?;
+    let readings = args.readings(rig.as_ref(), &scanners, &recorded)?;
     let orchard = match scene.filter(|_| args.estimators.are_asked()) {
         Some(scene) => {
             let recorded = || rig::recorded_seed(&args.sources, args.rig.as_deref());
@@ -386,8 +399,10 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let mut following = JoinSet::new();
     for (place, reading) in readings.into_iter().enumerate() {
         let sensor = sensors.of(place);
+        let notes =
+            recorded.get_mut(place).map(|told| std::mem::take(&mut told.warnings)).unwrap_or_default();
         if let Some(follower) =
-            args.follower(place, (&scanners, rig.as_ref()), reading, &taping, sensor, (&bar, &page))
+            args.follower(place, (&scanners, rig.as_ref()), (reading, notes), &taping, sensor, (&bar, &page))
         {
             following.spawn(task(follower.follow(stopped.clone())));
         }

@@ -1,29 +1,13 @@
 //! Estimates as they are written: a document, rows, tables for people.
 
 use rowscan_canopy::{Estimate, MountReport, TreesFound, Warning};
-use rowscan_study::side_by_side::Beside;
 use serde::Serialize;
-use serde_json::{Map, Value};
 
 use super::super::estimators;
 use super::super::grid::Grid;
 use super::super::output::{self, number};
 use super::super::{Failure, Format};
-
-/// One scanner's estimate with its estimators side by side.
-#[derive(Serialize)]
-pub(super) struct ScannerReport {
-    /// The rig's scanner; told of several only.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) scanner: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) source: Option<String>,
-    #[serde(flatten)]
-    pub(super) estimate: Estimate,
-    /// The row's numbers with the truth beside them; only if estimators were asked for.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(super) side_by_side: Vec<Beside>,
-}
+use super::scanner_report::{ScannerReport, codes, row_line};
 
 /// Several of them.
 #[derive(Serialize)]
@@ -58,17 +42,6 @@ impl Whole {
     }
 }
 
-/// The codes of warnings, each once, with blanks between them.
-fn codes(warnings: &[Warning]) -> String {
-    let mut codes: Vec<&str> = Vec::new();
-    warnings.iter().map(Warning::code).for_each(|code| {
-        if !codes.contains(&code) {
-            codes.push(code);
-        }
-    });
-    codes.join(" ")
-}
-
 /// What a line of CSV is of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(in super::super) enum By {
@@ -90,7 +63,7 @@ pub(super) fn print(format: Format, by: By, all: &[ScannerReport]) -> Result<(),
             output::print_rows(format, &rows(all, |told| &told.side_by_side, |_| None))
         }
         (Format::Csv, all) if by == By::Row => {
-            output::print_rows(format, &all.iter().map(numbers).collect::<Result<Vec<_>, _>>()?)
+            output::print_rows(format, &all.iter().map(row_line).collect::<Result<Vec<_>, _>>()?)
         }
         (Format::Csv, all) => {
             for told in all.iter().filter(|told| told.estimate.trees.is_empty()) {
@@ -105,16 +78,6 @@ pub(super) fn print(format: Format, by: By, all: &[ScannerReport]) -> Result<(),
         }
         (Format::Table, all) => all.iter().try_for_each(print_table),
     }
-}
-
-/// The numbers of a whole row, without its lists and tables; of its warnings the codes.
-fn numbers(told: &ScannerReport) -> Result<Map<String, Value>, Failure> {
-    let failed = |cause: serde_json::Error| Failure::Write { what: "CSV".to_owned(), cause: cause.into() };
-    let all = serde_json::to_value(told as &dyn erased_serde::Serialize).map_err(failed)?;
-    let Value::Object(mut all) = all else { return Ok(Map::new()) };
-    all.retain(|_, value| !value.is_array() && !value.is_object());
-    all.insert("warnings".to_owned(), Value::String(codes(&told.estimate.warnings)));
-    Ok(all)
 }
 
 fn rows<'a, T>(

@@ -23,7 +23,7 @@ pub(in crate::cli) struct Args {
     /// Dress the rows to leaf area indices drawn from this range, low..high [default: as they grow]
     #[arg(long, value_name = "A..B")]
     lai: Option<LaiRange>,
-    /// A calibration file or a shipped calibration's name, instead of the rig's own
+    /// A calibration instead of the rig's own: a file, a shipped one's name, or a class (`spindle`), then that of the scanner's model
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
     /// How to write the table
@@ -114,7 +114,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let rig = scene.resolved_rig();
     let model = args.scene.any_model(&rig, 0)?;
     let calibration = match (&args.calibration, &rig.calibration) {
-        (Some(name), _) => Some(calibrations::load_calibration(name)?),
+        (Some(name), _) => Some(calibrations::load_named_calibration(name, model.name(), rig.optics)?),
         (None, Some(name)) => calibrations::load_calibration_for(name, model.name(), rig.optics)?,
         (None, None) => None,
     };

@@ -8,7 +8,7 @@ use rowscan_canopy::calibration::{CalibrationClass, Provenance};
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::rig::{BeamWidth, Rig};
 use rowscan_scenes::files;
-use rowscan_study::calibrations::{load_calibration, load_calibration_for};
+use rowscan_study::calibrations::{load_calibration_for, load_named_calibration};
 use rowscan_study::field::{self, FieldReport, MeasuredPiece, Planned, ScannedPiece};
 use rowscan_study::reading::{CalibrationChoice, Reading};
 
@@ -28,7 +28,7 @@ pub(in crate::cli) struct Args {
     /// The rig's scanner that was used, from 0
     #[arg(long, value_name = "N", default_value_t = 0)]
     scanner: usize,
-    /// A calibration file or a shipped calibration's name whose class the new one gets, instead of the rig's own
+    /// A calibration whose class the new one gets, instead of the rig's own: a file, a shipped one's name, or a class (`spindle`)
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
     /// What the orchard is called in the new calibration
@@ -128,7 +128,7 @@ async fn estimate(args: &Args, rig: &Rig, path: &Path) -> Result<Estimate, Failu
 fn class(args: &Args, rig: &Rig) -> Result<CalibrationClass, Failure> {
     let model = rig.scanners.get(args.scanner).map(|mount| mount.model.as_str()).unwrap_or_default();
     let nearest = match (&args.calibration, &rig.calibration) {
-        (Some(name), _) => Some(load_calibration(name)?),
+        (Some(name), _) => Some(load_named_calibration(name, model, rig.optics)?),
         (None, Some(name)) => load_calibration_for(name, model, rig.optics)?,
         (None, None) => None,
     };

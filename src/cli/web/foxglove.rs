@@ -1,3 +1,3 @@
 //! A server for Foxglove and Lichtblick.
 
-pub(super) use rowscan_foxglove::FoxgloveServer;
+pub(super) use rowscan_web::foxglove::FoxgloveServer;

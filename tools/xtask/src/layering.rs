@@ -244,12 +244,6 @@ const RULES: &[Rule] = &[
         why: "the page shows what it is handed, whoever measured it",
     },
     Rule {
-        package: "rowscan-foxglove",
-        features: Features::All,
-        forbidden: &["clap", "comfy-table", "parquet", "rowscan-driver", "rowscan-study", "rowscan"],
-        why: "another program's page shows what it is handed, whoever measured it",
-    },
-    Rule {
         package: "rowscan-study",
         features: Features::All,
         forbidden: &["clap", "comfy-table", "rowscan-driver", "rowscan"],

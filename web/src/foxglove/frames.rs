@@ -1,9 +1,9 @@
 //! Where the frames of reference of tractor and scanners are in the scene's: x across the rows, y along them, z up, metres.
 
+use crate::TractorGauge;
 use glam::{DMat3, DQuat, DVec3};
 use rowscan_emulator::Sight;
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_web::TractorGauge;
 
 /// The scene's frame.
 pub(crate) const SCENE: &str = "scene";

@@ -1,4 +1,4 @@
-//! What a [`Show`](rowscan_web::Show) shows, live in Foxglove and Lichtblick: scans, points, frames of reference, positions, and the estimate by metre to
+//! What a [`Show`](crate::Show) shows, live in Foxglove and Lichtblick: scans, points, frames of reference, positions, and the estimate by metre to
 //! plot. Foxglove's own library serves its WebSocket protocol; the messages are those of recordings, as JSON
 //! ([`rowscan_recording::foxglove`]).
 //!

@@ -4,12 +4,12 @@ use std::net::SocketAddr;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use crate::{Metre, Onlooker, Seen, Show};
 use foxglove::websocket::Capability;
 use foxglove::{Context, WebSocketServer, WebSocketServerHandle};
-use rowscan_web::{Metre, Onlooker, Seen, Show};
 
-use crate::frames;
-use crate::topics::{self, ScannerTopics, SharedTopics};
+use super::frames;
+use super::topics::{self, ScannerTopics, SharedTopics};
 
 /// Messages a client that may wait; of those that are more the oldest are lost. Two seconds of one scanner at 50 Hz.
 const BACKLOG: usize = 256;

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use crate::{FixGauge, Metre, TractorGauge};
 use foxglove::{ChannelBuilder, Context, FoxgloveError, PartialMetadata, RawChannel, Schema};
 use rowscan_recording::foxglove as messages;
-use rowscan_web::{FixGauge, Metre, TractorGauge};
 use serde_json::{Map, Value, json};
 
-use crate::frames::{self, Placed};
+use super::frames::{self, Placed};
 
 /// The tractor in numbers.
 const TRACTOR: messages::Schema = messages::Schema {

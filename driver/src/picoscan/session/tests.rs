@@ -254,6 +254,16 @@ fn filters_that_were_on_are_switched_off_with_a_message_whatever_the_model_has()
     let mut bench = as_delivered();
     bench.answer_all(Some(&[1, 2]));
     assert_eq!(bench.events(), [], "a model without them is no news");
+    // Layers are the user's choice: they stay, and that is told.
+    for (on, told) in [(true, 1), (false, 0)] {
+        let mut bench = as_delivered();
+        let layers = json!({ "LFPlayerFilter": { "bEnable": on, "aLayers": [true, false] } });
+        bench.filters = vec![("LFPlayerFilter", layers)];
+        bench.answer_all(Some(&[1, 2]));
+        let limited = |event: &HostEvent| matches!(event, HostEvent::Limited { what } if what.contains("LFPlayerFilter"));
+        assert_eq!(bench.events().iter().filter(|event| limited(event)).count(), told);
+        assert!(bench.taken.iter().all(|(name, _)| name != "LFPlayerFilter"));
+    }
     // One that keeps its filter says so with the filter's name.
     let mut bench = as_delivered();
     bench.filters = vec![("LFPintervalFilter", json!({ "bEnable": true, "uiReductionFactor": 2 }))];
