@@ -62,6 +62,20 @@ pub enum PipelineError {
         /// The one after it.
         found_m: f64,
     },
+    /// Two passes of one row have voxels of different sizes.
+    #[error(
+        "the voxels of both passes must have one size to be joined: across, along and up {expected_m:?} m here, {found_m:?} m in the other pass; give both \
+         rigs the same tree_spacing_m, row_spacing_m, ground_clearance_m and voxel_edge_m"
+    )]
+    SidesDiffer {
+        /// This pass's edges, metres: across the row, along it, in height.
+        expected_m: [f64; 3],
+        /// The other's.
+        found_m: [f64; 3],
+    },
+    /// A pipeline without a rig has no voxels.
+    #[error("passes from both sides of a row need a rig: it says where the scanner sits")]
+    SidesWithoutRig,
     /// The calibration cannot be used.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),

@@ -65,6 +65,9 @@ pub struct Estimate {
     pub mount: Option<MountReport>,
     /// How the contact frequency was sampled.
     pub contact: Option<ContactReport>,
+    /// What came of joining a pass from the row's other side; `None` of one pass.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other_side: Option<SidesReport>,
     /// Returns by where they were put.
     pub returns: Option<ReturnCounts>,
     /// The calibration's class.
@@ -180,6 +183,23 @@ pub struct ContactReport {
     pub voxels_unvisited: u64,
     /// The share of the raw leaf area that stands in unvisited voxels, by the fill rule; m². `None` where leaf areas are withheld.
     pub leaf_area_filled_m2: Option<f64>,
+}
+
+/// What came of joining the passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct SidesReport {
+    /// The other pass saw the row from its other side.
+    pub opposite: bool,
+    /// Slices that both passes scanned.
+    pub slices_joined: u64,
+    /// Slices that this one alone scanned.
+    pub slices_alone: u64,
+    /// Voxels that too few beams of this pass entered, and that those of both did.
+    pub voxels_revealed: u64,
+    /// How alike what both passes saw is, where they are joined: the correlation of densities over voxels. `None` where they have too few in common.
+    pub correlation: Option<f64>,
+    /// The other pass fits better where it lies so much farther along the row, metres; `None` where it does not.
+    pub shift_m: Option<f64>,
 }
 
 /// Returns within |θ| < 90°, by where they were put.

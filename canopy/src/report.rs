@@ -2,7 +2,9 @@
 
 use crate::calibration::{Calibration, EchoRule, FittedRange, Optics, RegressionKind};
 use crate::class::{Compared, Holds, Look, RowClass, ScanGeometry, Standing};
-use crate::estimate::{ContactReport, Estimate, MountReport, RangeStatistics, SliceEstimate, TreeEstimate};
+use crate::estimate::{
+    ContactReport, Estimate, MountReport, RangeStatistics, SidesReport, SliceEstimate, TreeEstimate,
+};
 use crate::estimator::Measure;
 use crate::gate::Gate;
 use crate::leaf::{Count, Law, LeafAreas, PieceLeaf, RangedAreas, RowLeaf, Sums, Withheld};
@@ -271,6 +273,13 @@ fn row(
     let contact = pass.row.contact_report();
     let filled_m2 = contact.leaf_area_filled_m2.filter(|_| leaves.is_ok());
     estimate.contact = Some(ContactReport { leaf_area_filled_m2: filled_m2, ..contact });
+    estimate.other_side = pass.row.sides();
+    if let Some(SidesReport { correlation: Some(_), shift_m: Some(shift_m), .. }) = estimate.other_side {
+        estimate.warnings.push(Warning::SidesShifted { shift_m });
+    }
+    if let Some(SidesReport { slices_joined: 0, .. }) = estimate.other_side {
+        estimate.warnings.push(Warning::SidesApart);
+    }
     estimate.returns = Some(totals.returns);
     let (gaps, length_m) = pass.advance.unfilled();
     if gaps > 0 {

@@ -1,13 +1,15 @@
 //! One row being scanned: weighted lines in, sums out.
 
-use rowscan_protocol::rig::{Mount, Rig};
+use std::sync::Arc;
+
+use rowscan_protocol::rig::{Mount, Rig, RowSide};
 
 use crate::advance::Weighted;
 use crate::beam_line::BeamLine;
 use crate::contact::{Sampled, density};
 use crate::cut::{CutMethod, FoundTree, Profile, TrunkZone};
 use crate::error::PipelineError;
-use crate::estimate::{ContactReport, ReturnCounts, TreesFound};
+use crate::estimate::{ContactReport, ReturnCounts, SidesReport, TreesFound};
 use crate::estimator::{
     Contact, EstimatorInfo, Estimators, Measure, Setting, SightedLine, Sighting, Slice, Stretch,
 };
@@ -15,6 +17,7 @@ use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
 use crate::leaf::{SliceLeaf, Slices, Withheld, by_band};
 use crate::level::{LevelSurface, Levels};
 use crate::looks::Looks;
+use crate::other_side::{Joining, Kept, OtherSide};
 use crate::parameters::Parameters;
 use crate::patches::Patches;
 use crate::percentile::{Histogram, TOP_SHARE};
@@ -62,6 +65,10 @@ pub(crate) struct Row {
     y_m: f64,
     /// Where the scan plane leans.
     strays: Strays,
+    /// Slices that are kept for a pass from the row's other side.
+    kept: Option<Kept>,
+    /// What a pass from the other side saw.
+    joining: Option<Joining>,
     pub(crate) trees: Cells,
     pub(crate) metres: Cells,
 }
@@ -133,6 +140,8 @@ impl Row {
             recent: Recent::default(),
             y_m: 0.0,
             strays: Strays::default(),
+            kept: None,
+            joining: None,
             trees: Cells::new(parameters.max_cells),
             metres: Cells::new(parameters.max_cells),
         })
@@ -156,6 +165,11 @@ impl Row {
     /// The surface that is the ground by all appearance, among what counts as canopy.
     pub(crate) fn mistaken_ground(&self) -> Option<LevelSurface> {
         self.levels.mistaken_ground(self.totals.returns.ground, &self.table, &self.frame)
+    }
+
+    /// The edge of voxels that was asked for, metres.
+    pub(crate) fn voxel_m(&self) -> f64 {
+        self.parameters.voxel_m
     }
 
     /// The spacing of lines that the voxels' edge was chosen for.
@@ -330,7 +344,42 @@ impl Row {
         }
     }
 
+    /// Slices of this pass, none so far.
+    fn no_slices(&self, row: RowSide) -> Kept {
+        Kept::new(self.voxels.region(), &self.cut, row, self.parameters.max_cells)
+    }
+
+    /// Keeps the voxels of each slice, from the next line on, for a pass from the row's other side.
+    pub(crate) fn keep_voxels(&mut self, row: RowSide) {
+        self.kept = Some(self.no_slices(row));
+    }
+
+    /// The slices that were kept.
+    pub(crate) fn kept(&self) -> Option<&Kept> {
+        self.kept.as_ref()
+    }
+
+    /// Joins what another pass saw with each slice, from the next line on.
+    ///
+    /// # Errors
+    /// Voxels of another size.
+    pub(crate) fn join(&mut self, other: Arc<OtherSide>, row: RowSide) -> Result<(), PipelineError> {
+        self.joining = Some(Joining::new(other, self.no_slices(row), self.voxels.min_beams())?);
+        Ok(())
+    }
+
+    /// What came of joining another pass, if one was joined.
+    pub(crate) fn sides(&self) -> Option<SidesReport> {
+        self.joining.as_ref().map(Joining::report)
+    }
+
     fn close_slice(&mut self, open: Keys) {
+        if let Some(kept) = &mut self.kept {
+            kept.push(open.slice, self.voxels.kept());
+        }
+        if let Some(joining) = &mut self.joining {
+            joining.join(open.slice, &mut self.voxels);
+        }
         let sampled = Sampled::of(&self.voxels, self.parameters.projection);
         let (leaf_m2, share_m2) = (sampled.leaf_m2, self.voxels.share_leaf_area_m2());
         self.slices.push(self.slice_leaf(open));

@@ -1,5 +1,7 @@
 //! The streaming pipeline: counting, advance and row, one line behind.
 
+use std::sync::Arc;
+
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::ScanFault;
@@ -14,6 +16,7 @@ use crate::estimator::EstimatorInfo;
 use crate::gate::{Field, Gate};
 use crate::leaf::{Law, LeafWindow, Withheld};
 use crate::odometry::{AdvanceSource, EncoderChoice, GroundSpeed, Odometry};
+use crate::other_side::{Heading, OtherSide};
 use crate::parameters::Parameters;
 use crate::ranges::Ranges;
 use crate::report;
@@ -121,6 +124,48 @@ impl Pipeline {
             pass.row.find_trees(methods);
         }
         self
+    }
+
+    /// Keeps the voxels of each slice, from the next scan on, for [`other_side`](Self::other_side).
+    #[must_use]
+    pub fn keeping_voxels(mut self) -> Self {
+        if let Some(pass) = &mut self.pass {
+            pass.row.keep_voxels(pass.mount.row);
+        }
+        self
+    }
+
+    /// What this pass saw, for one that drives along the same row: of a pipeline that [keeps voxels](Self::keeping_voxels), once it is finished. Its rig is
+    /// that of [`Heading::rig`].
+    ///
+    /// # Errors
+    /// Why an estimate of these scans would tell nothing.
+    pub fn other_side(&self, heading: Heading) -> Result<OtherSide, Withheld> {
+        let (pass, _) = self.pass_that_counts();
+        let pass = report::areas_told(&self.counting, &self.gate, pass)?;
+        let kept = pass.row.kept().ok_or(Withheld::NotScanned)?;
+        Ok(OtherSide::new(kept.clone(), heading))
+    }
+
+    /// Joins what another pass saw of the row with what this one sees, from the next scan on: [`Estimate::other_side`].
+    ///
+    /// # Errors
+    /// No rig, or voxels of another size than the other pass has.
+    pub fn joined_with(mut self, other: Arc<OtherSide>) -> Result<Self, PipelineError> {
+        let pass = self.pass.as_mut().ok_or(PipelineError::SidesWithoutRig)?;
+        let row = pass.mount.row;
+        pass.row.join(other, row)?;
+        Ok(self)
+    }
+
+    /// Edge of the voxels across the row and in height, as it was asked for, metres; `None` without a rig.
+    pub fn voxel_m(&self) -> Option<f64> {
+        self.pass.as_ref().map(|pass| pass.row.voxel_m())
+    }
+
+    /// Length of the slices that the row is cut into, metres; `None` without a rig.
+    pub fn slice_m(&self) -> Option<f64> {
+        self.pass.as_ref().map(|pass| pass.row.cut().slice_m())
     }
 
     /// Leaves out scans whose beams point outside this field, from the next one on.

@@ -6,8 +6,7 @@
 
 mod paths;
 
-pub(crate) use self::paths::Paths;
-use self::paths::Region;
+pub(crate) use self::paths::{Paths, Region};
 use crate::beam_line::BeamLine;
 use crate::delays::Delays;
 use crate::error::PipelineError;
@@ -83,6 +82,17 @@ pub(crate) struct Voxel {
 }
 
 impl Voxel {
+    /// Adds what other beams did in it.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.hits_m += other.hits_m;
+        self.path_m2 += other.path_m2;
+        self.hit_path_m3 += other.hit_path_m3;
+        self.hits_m2 += other.hits_m2;
+        self.beams = self.beams.saturating_add(other.beams);
+        self.share_hits_per_m += other.share_hits_per_m;
+        self.share_path += other.share_path;
+    }
+
     /// Contact frequency, hits a metre of free path; None where too few beams entered.
     pub(crate) fn contact_frequency(&self, min_beams: u32) -> Option<f64> {
         (self.beams >= min_beams && self.path_m2 > 0.0).then(|| self.hits_m / self.path_m2)
@@ -94,6 +104,16 @@ impl Voxel {
         let read = self.beams >= min_beams && self.share_path > 0.0;
         read.then(|| self.share_hits_per_m / self.share_path)
     }
+}
+
+/// The sums of a slice that is over.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct KeptSlice {
+    pub(crate) hits: u64,
+    pub(crate) shares: u64,
+    pub(crate) patches: u64,
+    /// By their number in the region; those that no beam entered are left out.
+    pub(crate) voxels: Vec<(u32, Voxel)>,
 }
 
 /// The voxels of one height: how many, and the sums of what they hold.
@@ -270,6 +290,34 @@ impl Voxels {
     /// Beams that ended in a voxel and told their share.
     pub(crate) fn shares(&self) -> u64 {
         self.shares
+    }
+
+    /// Where the voxels are.
+    pub(crate) fn region(&self) -> Region {
+        self.region
+    }
+
+    /// The open slice's sums, to be kept.
+    pub(crate) fn kept(&self) -> KeptSlice {
+        let voxels = (0..).zip(&self.voxels).filter(|(_, voxel)| voxel.beams > 0 || voxel.share_path > 0.0);
+        KeptSlice {
+            hits: self.hits,
+            shares: self.shares,
+            patches: self.patches,
+            voxels: voxels.map(|(place, voxel)| (place, *voxel)).collect(),
+        }
+    }
+
+    /// A voxel of the open slice.
+    pub(crate) fn at_mut(&mut self, place: usize) -> Option<&mut Voxel> {
+        self.voxels.get_mut(place)
+    }
+
+    /// Counts the hits of a slice whose voxels were added.
+    pub(crate) fn count(&mut self, kept: &KeptSlice) {
+        self.hits += kept.hits;
+        self.shares += kept.shares;
+        self.patches += kept.patches;
     }
 
     /// Every voxel's sums.

@@ -234,6 +234,13 @@ pub enum Warning {
         /// So often.
         times: u64,
     },
+    /// A pass from the row's other side fits better where it lies farther along the row.
+    SidesShifted {
+        /// So much farther, metres.
+        shift_m: f64,
+    },
+    /// A pass from the row's other side has no slice in common with this one.
+    SidesApart,
     /// The rig has an encoder, and scans had no reading of it: the rig's speed was taken.
     ConstantSpeed {
         /// So many of them.
@@ -335,6 +342,8 @@ impl Warning {
             Self::EncoderStuck { .. } => "encoder_stuck",
             Self::EncoderSpeed { .. } => "encoder_speed",
             Self::EncoderJumped { .. } => "encoder_jumped",
+            Self::SidesShifted { .. } => "sides_shifted",
+            Self::SidesApart => "sides_apart",
             Self::ConstantSpeed { .. } => "constant_speed",
             Self::NoEncoder { .. } => "no_encoder",
             Self::NoTime { .. } => "no_time",

@@ -130,6 +130,16 @@ pub enum BeamWidth {
     Device,
 }
 
+impl BeamWidth {
+    /// Its name in a rig file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ideal => "ideal",
+            Self::Device => "device",
+        }
+    }
+}
+
 /// How one scanner sits on the tractor.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

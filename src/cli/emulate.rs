@@ -11,6 +11,7 @@ use rowscan_emulator::{StartWhen, ViewError};
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::rig::Rig;
 use rowscan_recording::{About, Taps};
 use tokio::runtime::Handle;
 use tokio::task::JoinSet;
@@ -313,7 +314,11 @@ impl Args {
     fn tape(&self, stage: &Stage, scanners: &[ScannerSpec]) -> Result<Taping, Failure> {
         let about = About {
             scene: Some(self.scene.name.clone()),
-            rig: recorder::rig_text(&stage.rig),
+            // What its beams are, whatever the rig is told.
+            rig: recorder::rig_text(&Rig {
+                optics: Some(stage.scene.optics.beam_width()),
+                ..stage.rig.clone()
+            }),
             seed: Some(stage.scene.seed),
             ..About::default()
         };

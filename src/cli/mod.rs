@@ -207,6 +207,9 @@ pub enum Failure {
     /// A row that could not be tried.
     #[error(transparent)]
     Trial(#[from] rowscan_study::trial::TrialError),
+    /// A row that could not be scanned from both alleys.
+    #[error(transparent)]
+    Sides(#[from] rowscan_study::sides::SidesError),
     /// A GNSS receiver.
     #[error(transparent)]
     Nmea(#[from] rowscan_bus::nmea::NmeaError),

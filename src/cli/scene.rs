@@ -41,6 +41,7 @@ impl OpticsArgs {
         let tell = |warning| match (&warning, self.optics) {
             // Which stages are on is the flag's to say, not the file's.
             (Warning::AirIsOff { .. }, Some(stages)) if stages.has(optics::Stage::Air) => {}
+            (Warning::OtherOptics { rig, .. }, Some(stages)) if *rig == stages.beam_width() => {}
             _ => say(warning),
         };
         let mut scene = files::load_scene(name, tell)?;

@@ -34,6 +34,7 @@ pub mod search;
 mod settings;
 mod shard;
 pub mod side_by_side;
+pub mod sides;
 pub mod spraying;
 pub mod sweep;
 pub mod transfer;

@@ -85,12 +85,12 @@ pub struct PiecesFound {
 
 /// One piece beside its truth.
 #[derive(Clone, Copy, Debug)]
-struct Pair {
-    length_m: f64,
-    unshrunk_m2: f64,
-    leaf_m2: f64,
-    interval_m2: Option<[f64; 2]>,
-    truth_m2: f64,
+pub(crate) struct Pair {
+    pub(crate) length_m: f64,
+    pub(crate) unshrunk_m2: f64,
+    pub(crate) leaf_m2: f64,
+    pub(crate) interval_m2: Option<[f64; 2]>,
+    pub(crate) truth_m2: f64,
 }
 
 /// The pieces of one row, by one way.
@@ -168,10 +168,10 @@ fn pass(mut scene: Scene, model: AnyModel, eye: bool) -> Result<Vec<RowPieces>, 
 }
 
 /// The true leaf area of the first row, by slab.
-struct TruthBySlab(Vec<f64>);
+pub(crate) struct TruthBySlab(Vec<f64>);
 
 impl TruthBySlab {
-    fn of(set: &Set) -> Self {
+    pub(crate) fn of(set: &Set) -> Self {
         let grid = TruthGrid { slab_m: SLAB_M, ..TruthGrid::default() };
         Self(set.orchard.truth_of_row(0, grid).slabs.iter().map(|slab| slab.leaf_area_m2).collect())
     }
@@ -186,22 +186,27 @@ impl TruthBySlab {
     }
 }
 
+/// A piece of so much row around its middle, beside its truth.
+fn pair(leaf: &PieceLeaf, y_m: f64, length_m: f64, truth: &TruthBySlab) -> Option<Pair> {
+    Some(Pair {
+        length_m,
+        unshrunk_m2: leaf.unshrunk.ok()?,
+        leaf_m2: leaf.areas.best_m2().ok()?,
+        interval_m2: leaf.interval_m2,
+        truth_m2: truth.between([y_m - length_m / 2.0, y_m + length_m / 2.0])?,
+    })
+}
+
+/// The whole trees of an estimate beside their truth.
+pub(crate) fn trees(estimate: &Estimate, truth: &TruthBySlab, spacing_m: f64) -> Vec<Pair> {
+    let whole = estimate.trees.iter().filter(|tree| tree.complete);
+    whole.filter_map(|tree| pair(&tree.leaf, tree.y_m, spacing_m, truth)).collect()
+}
+
 fn kinds(estimate: &Estimate, truth: &TruthBySlab, spacing_m: f64) -> Vec<(String, f64, Vec<Pair>)> {
-    let pair = |leaf: &PieceLeaf, faces_m: [f64; 2]| {
-        Some(Pair {
-            length_m: faces_m[1] - faces_m[0],
-            unshrunk_m2: leaf.unshrunk.ok()?,
-            leaf_m2: leaf.areas.best_m2().ok()?,
-            interval_m2: leaf.interval_m2,
-            truth_m2: truth.between(faces_m)?,
-        })
-    };
-    let around = |y_m: f64, length_m: f64| [y_m - length_m / 2.0, y_m + length_m / 2.0];
-    let trees = estimate.trees.iter().filter(|tree| tree.complete);
-    let trees = trees.filter_map(|tree| pair(&tree.leaf, around(tree.y_m, spacing_m))).collect();
     let whole = estimate.slices.iter().filter(|slice| slice.scanned_m >= WHOLE);
-    let metres: Vec<Pair> = whole.filter_map(|slice| pair(&slice.leaf, around(slice.y_m, 1.0))).collect();
-    let mut kinds = vec![("tree".to_owned(), spacing_m, trees)];
+    let metres: Vec<Pair> = whole.filter_map(|slice| pair(&slice.leaf, slice.y_m, 1.0, truth)).collect();
+    let mut kinds = vec![("tree".to_owned(), spacing_m, trees(estimate, truth, spacing_m))];
     for count in METRES {
         kinds.push((format!("{count} m"), count as f64, metres.chunks_exact(count).map(joined).collect()));
     }

@@ -5,15 +5,15 @@ use crate::parameters::Parameters;
 
 /// A rectangle of voxels in the scan plane: |x − distance| < half width, ground clearance < z < top.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Region {
+pub(crate) struct Region {
     pub(super) x_m: f64,
     pub(super) z_m: f64,
-    pub(super) dx_m: f64,
-    pub(super) dz_m: f64,
-    pub(super) nx: usize,
-    pub(super) nz: usize,
+    pub(crate) dx_m: f64,
+    pub(crate) dz_m: f64,
+    pub(crate) nx: usize,
+    pub(crate) nz: usize,
     /// The first column behind the row plane.
-    pub(super) row: usize,
+    pub(crate) row: usize,
 }
 
 /// Half width of the region where no row spacing says more, metres.

@@ -3,7 +3,6 @@
 use std::fmt;
 
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::BeamWidth;
 
 use super::Warning;
 use crate::class::ClassKey;
@@ -131,7 +130,7 @@ impl fmt::Display for Warning {
                 differences.join(", ")
             ),
             Self::OtherOptics { recorded, given, is_known } => {
-                let (recorded, given) = (optics(*recorded), optics(*given));
+                let (recorded, given) = (recorded.name(), given.name());
                 match is_known {
                     true => write!(
                         f,
@@ -211,6 +210,16 @@ impl fmt::Display for Warning {
                 "the encoder's count jumped {times} times as no tractor drives (over 20 m/s), and the scanner went on: it was set anew, has fewer bits, or was \
                  read wrongly; the way of those turns is by the speed before"
             ),
+            Self::SidesShifted { shift_m } => write!(
+                f,
+                "the pass from the other side fits better {:.2} m {} along the row: correct --other-start, --other-back or the way of one of both passes; joined so, \
+                 leaves and air are mixed",
+                shift_m.abs(),
+                if *shift_m > 0.0 { "farther" } else { "less far" }
+            ),
+            Self::SidesApart => f.write_str(
+                "the pass from the other side has no part of the row in common with this one, so nothing was joined: correct --other-start or --other-back",
+            ),
             Self::ConstantSpeed { scans, speed_m_s, has_encoder } => {
                 let none = if *has_encoder { "" } else { " (this scanner's model tells no encoder's count)" };
                 write!(
@@ -257,14 +266,6 @@ impl fmt::Display for Warning {
                 write!(f, "only the first {kept} trees and slices are listed; the totals hold all")
             }
         }
-    }
-}
-
-/// The width of beams, as a rig file has it.
-fn optics(width: BeamWidth) -> &'static str {
-    match width {
-        BeamWidth::Ideal => "ideal",
-        BeamWidth::Device => "device",
     }
 }
 

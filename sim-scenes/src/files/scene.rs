@@ -26,6 +26,10 @@ pub fn load_scene(name: &str, mut tell: impl FnMut(Warning)) -> Result<Scene, Lo
     if scene.optics.air_is_off() {
         tell(Warning::AirIsOff { place: source.place.clone() });
     }
+    let cast = scene.optics.beam_width();
+    if let Some(rig) = scene.rig.optics.filter(|rig| *rig != cast) {
+        tell(Warning::OtherOptics { place: source.place, rig, cast });
+    }
     Ok(scene)
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use rowscan_protocol::rig::{OldRoof, VERSION};
+use rowscan_protocol::rig::{BeamWidth, OldRoof, VERSION};
 
 /// Something in a file that does other than it seems to.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,6 +20,15 @@ pub enum Warning {
         /// File or built-in name.
         place: String,
     },
+    /// A rig that says another width of the beams than those that the scene casts.
+    OtherOptics {
+        /// File or built-in name.
+        place: String,
+        /// What the rig says.
+        rig: BeamWidth,
+        /// What the scene casts.
+        cast: BeamWidth,
+    },
 }
 
 impl fmt::Display for Warning {
@@ -31,6 +40,13 @@ impl fmt::Display for Warning {
             Self::AirIsOff { place } => write!(
                 f,
                 "{place}: `[optics.air]` has no effect, for its stage is off; write `[optics] stages = \"device\"`, or another list with `air`, or give --optics"
+            ),
+            Self::OtherOptics { place, rig, cast } => write!(
+                f,
+                "{place}: `[rig] optics = \"{}\"`, and the scene casts {} beams (`[optics] stages`): estimates of its scans are wrong by it; leave the rig's \
+                 key out, or write `[optics] stages = \"{0}\"`, or give --optics",
+                rig.name(),
+                cast.name()
             ),
         }
     }

@@ -115,8 +115,8 @@ impl OpticsSettings {
     }
 
     /// How wide the beams are, as a rig says it.
-    pub(crate) fn beam_width(&self) -> BeamWidth {
-        if self.stages.has(Stage::Spot) { BeamWidth::Device } else { BeamWidth::Ideal }
+    pub fn beam_width(&self) -> BeamWidth {
+        self.stages.beam_width()
     }
 
     /// Planes, and rays in a plane.

@@ -1,5 +1,6 @@
 //! The stages of the device's eye, and which are on.
 
+use rowscan_protocol::rig::BeamWidth;
 use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
@@ -102,6 +103,11 @@ impl Stages {
     /// True if the stage is on.
     pub const fn has(self, stage: Stage) -> bool {
         self.0 >> stage as u8 & 1 == 1
+    }
+
+    /// How wide the beams are with these on, as a rig says it.
+    pub fn beam_width(self) -> BeamWidth {
+        if self.has(Stage::Spot) { BeamWidth::Device } else { BeamWidth::Ideal }
     }
 
     /// True if none is on.

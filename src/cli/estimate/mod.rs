@@ -2,6 +2,7 @@
 
 mod follower;
 mod map;
+mod other_side;
 mod print;
 mod rig;
 mod scanner_report;
@@ -21,6 +22,7 @@ use rowscan_recording::Taps;
 use rowscan_scenes::{Orchard, Scene};
 use rowscan_study::reading::{CalibrationChoice, Reading};
 use rowscan_study::side_by_side::beside_truth;
+use rowscan_study::sides::SidesError;
 use rowscan_web::{About, ScannerAbout};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -36,6 +38,7 @@ use super::{Failure, Format, Outcome, models, progress, scene, service};
 use crate::export::map::LeafMap;
 use follower::{Followed, Follower};
 use map::{MapArgs, Maps, Way};
+use other_side::OtherSideArgs;
 use print::By;
 pub(super) use print::warnings;
 use rig::{Loaded, Recorded};
@@ -91,6 +94,8 @@ pub(super) struct Args {
     /// What a line of --format csv is of; the other formats tell both
     #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
     by: By,
+    #[command(flatten)]
+    other: OtherSideArgs,
     #[command(flatten)]
     map: MapArgs,
     #[command(flatten)]
@@ -377,7 +382,22 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         None => (None, None, Vec::new()),
     };
     let maps = args.map.check(&args.sources, scene.as_ref())?;
-    let readings = args.readings(rig.as_ref(), &scanners, &recorded)?;
+    args.other.check(args.sources.len())?;
+    let mut readings = args.readings(rig.as_ref(), &scanners, &recorded)?;
+    if let (Some(reading), Some(scanner), true) =
+        (readings.first_mut(), scanners.first(), args.other.is_given())
+    {
+        let echo = args.echo.map(EchoChoice::from);
+        let read = args.other.read((args.rig.as_deref(), echo), *scanner, &reading.pipeline);
+        match interrupt.or(read).await.transpose()? {
+            None => return Ok(Outcome::Done),
+            Some(None) => {}
+            Some(Some(side)) => {
+                let joined = reading.pipeline.clone().joined_with(side);
+                reading.pipeline = joined.map_err(SidesError::from)?;
+            }
+        }
+    }
     let orchard = match scene.filter(|_| args.estimators.are_asked()) {
         Some(scene) => {
             let recorded = || rig::recorded_seed(&args.sources, args.rig.as_deref());

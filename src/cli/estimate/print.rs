@@ -171,6 +171,20 @@ fn facts(estimate: &Estimate) -> String {
     );
     let by = estimate.advance_source.map_or_else(String::new, |source| format!(" by {}", source.name()));
     line("advance", known(estimate.advance_m, 3, "m") + &by);
+    if let Some(sides) = estimate.other_side {
+        let from = if sides.opposite { "its other side" } else { "the same side" };
+        let alike =
+            sides.correlation.map_or_else(String::new, |r| format!("; what both saw correlates by {r:.2}"));
+        line(
+            "two passes as one",
+            format!(
+                "the other one from {from}, {} slices of {}; {} voxels that this one did not see{alike}",
+                sides.slices_joined,
+                sides.slices_joined + sides.slices_alone,
+                sides.voxels_revealed
+            ),
+        );
+    }
     line("impacted area I_T", known(estimate.impacted_total_area_m2, 3, "m²"));
     line("leaf area", known(estimate.leaf.areas.best_m2().ok(), 2, "m²"));
     for (name, ends) in

@@ -22,6 +22,7 @@ pub(super) mod rows;
 mod run;
 mod search;
 mod shards;
+mod sides;
 mod tell;
 mod transfer;
 
@@ -59,6 +60,8 @@ pub(super) enum Command {
     Field(field::Args),
     /// Single trees and metres against the truth: how far each is off beside its row, by model, distance and length
     Pieces(pieces::Args),
+    /// A row from one alley, from the other, and from both as one, against the truth
+    Sides(sides::Args),
     /// What each stage of the scanner's eye does to the measures: one at a time and all together, by model and distance
     Physics(physics::Args),
     /// A recording of a scene that stands still beside our model of the device: noise, correlation, edges
@@ -81,6 +84,7 @@ pub(super) async fn run(command: Command, mut interrupt: Interrupt) -> Result<Ou
         | Command::Eye(_)
         | Command::Field(_)
         | Command::Pieces(_)
+        | Command::Sides(_)
         | Command::Physics(_)
         | Command::Recording(_) => None,
     };
@@ -100,6 +104,7 @@ pub(super) async fn run(command: Command, mut interrupt: Interrupt) -> Result<Ou
             Command::Eye(args) => eye::run(args).await,
             Command::Field(args) => field::run(args).await,
             Command::Pieces(args) => pieces::run(args).await,
+            Command::Sides(args) => sides::run(args).await,
             Command::Physics(args) => physics::run(args).await,
             Command::Recording(args) => recording::run(args).await,
         }
