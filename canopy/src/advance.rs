@@ -13,6 +13,8 @@ use rowscan_protocol::counting::Link;
 #[derive(Clone, Debug)]
 pub(crate) struct Advance {
     max_gap_steps: f64,
+    /// The way is told no finer than this, metres.
+    resolution_m: f64,
     first_y_m: Option<f64>,
     last_y_m: Option<f64>,
     open: Option<OpenLine>,
@@ -50,6 +52,7 @@ impl Advance {
     pub(crate) fn new(max_gap_steps: f64) -> Self {
         Self {
             max_gap_steps,
+            resolution_m: 0.0,
             first_y_m: None,
             last_y_m: None,
             open: None,
@@ -58,6 +61,11 @@ impl Advance {
             unfilled_m: 0.0,
             scanned_m: 0.0,
         }
+    }
+
+    /// The way is told in steps of this length from now on, metres: lines so far apart are neighbours.
+    pub(crate) fn resolve(&mut self, resolution_m: f64) {
+        self.resolution_m = resolution_m;
     }
 
     /// A line at `y_m` opens; gives the one before with its weight. `nominal_step_m` is the way a telegram by the stated
@@ -78,7 +86,7 @@ impl Advance {
         }
         let step_m = self.known_step_m(nominal_step_m);
         let filled_m = if way_m > self.longest_m(nominal_step_m) {
-            let longest_m = self.max_gap_steps * step_m;
+            let longest_m = (self.max_gap_steps * step_m).max(self.resolution_m);
             self.gaps += 1;
             self.unfilled_m += way_m - longest_m;
             longest_m
@@ -92,7 +100,7 @@ impl Advance {
     /// The longest way between two lines that they fill.
     pub(crate) fn longest_m(&self, nominal_step_m: f64) -> f64 {
         // Rounding of the device clock must not turn a gap of exactly the longest length into a longer one.
-        self.max_gap_steps * self.known_step_m(nominal_step_m) * (1.0 + 1e-9)
+        (self.max_gap_steps * self.known_step_m(nominal_step_m)).max(self.resolution_m) * (1.0 + 1e-9)
     }
 
     /// A tractor that stood knows no step of its own.
@@ -189,6 +197,23 @@ mod tests {
         let (w, advance) = weights(&[(0.0, 0), (0.1, 1), (0.6, 5), (0.7, 1)]);
         assert!((w.iter().sum::<f64>() - 0.8).abs() < 1e-12);
         assert_eq!(advance.unfilled(), (0, 0.0));
+    }
+
+    #[test]
+    fn lines_as_far_apart_as_the_way_is_told_are_neighbours() {
+        let mut advance = Advance::new(5.0);
+        advance.resolve(0.5);
+        let lines = [(0.0, 0), (0.0, 1), (0.0, 1), (0.5, 1), (0.5, 1), (1.0, 1), (3.0, 100)];
+        let mut sum_m = 0.0;
+        for (y_m, steps) in lines {
+            let link = if steps == 0 { Link::First } else { Link::Steps(steps) };
+            if let Step::Opened(Some(closed)) = advance.next(y_m, link, 0.02) {
+                sum_m += closed.weight_m;
+            }
+        }
+        // A metre by two ticks, and a quarter of one beside the gap.
+        assert!((sum_m - 1.25).abs() < 1e-9, "{sum_m}");
+        assert_eq!(advance.unfilled().0, 1);
     }
 
     #[test]

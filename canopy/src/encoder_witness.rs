@@ -1,13 +1,15 @@
-//! What speaks against the encoder that the way goes by: scans that change while it stands, and a speed that is not the rig's.
+//! What speaks against the encoder that the way goes by: scans that change where it says that they are of one place, and a speed that is not the rig's.
 //!
-//! Past a canopy consecutive scans differ as long as the tractor drives; while it stands they are alike, up to noise. A pair of scans is described by the
-//! share of its beams whose range changed by more than [`CHANGED_M`], of those that met something in one of both. The share while the encoder counts
-//! is what driving looks like here; an encoder that stands while scans differ about as much has stuck. Past what looks the same everywhere (bare
-//! ground, a wall) nothing changes while it counts either: then nothing is known, and nothing is said.
+//! Past a canopy scans differ the more, the farther they are apart along the row, up to where nothing of one is in the other. Each scan is compared with
+//! the one [`LAG`] scans before: a pair is described by the share of its beams whose range changed by more than [`CHANGED_M`], of those that met
+//! something in one of both, and by how far it is apart by the encoder. Pairs that it counts no farther apart than neighbours are elsewhere, and that
+//! differ nearly as much as those a whole lag apart, refute it: it has stuck there, or misses most of its ticks. Leaves in the wind change a part of the
+//! beams only. Past what looks the same everywhere (bare ground, a wall) nothing changes anywhere: then nothing is known, and nothing is said.
 //!
-//! Ticks that are missed evenly, or a wrong number of them a metre, make another speed of all the way. The speed of a drive is the one at which half its
+//! Ticks that are missed evenly over all the way, or a wrong number of them a metre, make another speed. The speed of a drive is the one at which half its
 //! way was driven: neither stops nor slow stretches between them change it much.
 
+use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
 use rowscan_protocol::angle::BeamGrid;
@@ -17,28 +19,37 @@ use crate::warning::Warning;
 
 /// A range that changed by more is no noise, metres: several standard deviations of any scanner here.
 const CHANGED_M: f64 = 0.1;
-/// An encoder that has not counted for so long stands, seconds; a coarse one for longer.
-const STANDS_AFTER_S: f64 = 0.5;
-/// A coarse one: so many times as long as the rig's speed takes for a tick.
-const STANDS_AFTER_TICKS: f64 = 4.0;
-/// Pairs of scans that a share is told of.
-const LEAST_PAIRS: u64 = 5;
-/// Beams of all those pairs that must have changed while it counted.
-const LEAST_CHANGED: u64 = 50;
+/// Scans from one to the one that it is compared with.
+const LAG: usize = 10;
+/// Beams of a pair that must have met something.
+const LEAST_BEAMS: u32 = 30;
+/// Pairs that a share is told of.
+const LEAST_PAIRS: u32 = 5;
 /// Share of beams that must change while it counts, for scans to tell anything.
-const LEAST_SHARE: f64 = 0.02;
-/// Of what changes while it counts, so much may change while it stands: edges flicker.
-const STILL: f64 = 0.5;
+const LEAST_SHARE: f64 = 0.05;
+/// Where neighbours differ by less than this less than scans a lag apart, only a stand can be told.
+const LEAST_DIFFERENCE: f64 = 0.04;
+/// From what neighbours differ by to what scans a lag apart do, so far lies the border of what refutes it.
+const BORDER: f64 = 0.6;
+/// So many times as far apart as neighbours, pairs are of one place: distances are told by steps of √2.
+const ROUNDED: f64 = 1.5;
+/// The same for a stand, of what scans a lag apart differ by.
+const BORDER_OF_STAND: f64 = 0.8;
+/// A picture of which less changes over a lag stands still.
+const STILL: f64 = 0.05;
+/// An encoder whose ticks are farther apart than so many lines tells too little of where scans are.
+const COARSEST_LINES: f64 = 2.0;
 
-/// Share of scans in which the encoder may have stuck before the way is unknown.
+/// Share of scans that must refute it to be told.
+const LEAST_STUCK: f64 = 0.01;
+/// Share of scans that may before the way is unknown.
 const MOST_STUCK: f64 = 0.03;
 /// Speed by the encoder over the rig's that is no doubt.
 const NO_DOUBT: RangeInclusive<f64> = 2.0 / 3.0..=1.5;
 /// Beyond, one of both is of another scale, and the way is unknown.
 const SAME_SCALE: RangeInclusive<f64> = 0.25..=4.0;
-/// A speed is told of so long a drive, seconds, and of so much way at the rig's speed, metres.
-const LEAST_S: f64 = 2.0;
-const LEAST_RIG_WAY_M: f64 = 2.0;
+/// A speed is told of so much way, by the rig or by the encoder, metres.
+const LEAST_WAY_M: f64 = 1.5;
 
 /// Where a scan was taken, by the encoder, and when, since the first one.
 #[derive(Clone, Copy, Debug)]
@@ -47,108 +58,183 @@ pub(crate) struct Counted {
     pub(crate) travel_s: f64,
 }
 
-/// Pairs of consecutive scans, and their beams.
-#[derive(Clone, Copy, Debug, Default)]
-struct Pairs {
-    pairs: u64,
-    /// Beams that met something in one of both scans.
-    compared: u64,
-    /// Those whose range changed.
-    changed: u64,
+/// Distances of pairs that are told apart: none at all, then each √2 times the one before, in lags.
+const DISTANCES: usize = 30;
+/// The shortest that is told from none, in lags at the rig's speed.
+const SHORTEST: f64 = 1.0 / 1024.0;
+/// Shares that are told apart.
+const SHARES: usize = 25;
+
+/// Pairs by their distance and by the share of their beams that changed.
+#[derive(Clone, Debug)]
+struct Pairs([[u32; SHARES]; DISTANCES]);
+
+impl Default for Pairs {
+    fn default() -> Self {
+        Self([[0; SHARES]; DISTANCES])
+    }
 }
 
 impl Pairs {
-    fn add(&mut self, before: &[f64], now: &[f64]) {
-        self.pairs += 1;
-        for (before, now) in before.iter().zip(now) {
-            let (was_hit, is_hit) = (before.is_finite(), now.is_finite());
-            // Of a range that is not a number nobody knows what was met.
-            if before.is_nan() || now.is_nan() || !(was_hit || is_hit) {
-                continue;
-            }
-            self.compared += 1;
-            self.changed += u64::from(was_hit != is_hit || (before - now).abs() > CHANGED_M);
-        }
+    fn add(&mut self, lags: f64, share: f64) {
+        let distance = match lags {
+            lags if lags > 0.0 => 1 + ((lags / SHORTEST).log2() * 2.0).max(0.0) as usize,
+            _ => 0,
+        };
+        let share = ((share * SHARES as f64) as usize).min(SHARES - 1);
+        let row = self.0.get_mut(distance.min(DISTANCES - 1));
+        row.and_then(|row| row.get_mut(share)).into_iter().for_each(|pairs| *pairs += 1);
     }
 
-    fn share(&self) -> f64 {
-        self.changed as f64 / self.compared.max(1) as f64
+    /// Those from one distance to another, in lags: the middle of each share, and how many pairs have it.
+    fn between(&self, least: f64, most: f64) -> impl Iterator<Item = (f64, u32)> + '_ {
+        // By the far end of a distance's range: what may lie beyond is none of those.
+        let farthest = |distance: usize| match distance {
+            0 => 0.0,
+            _ => SHORTEST * (distance as f64 / 2.0).exp2(),
+        };
+        let rows = self.0.iter().enumerate();
+        let within = rows.filter(move |(distance, _)| (least..=most).contains(&farthest(*distance)));
+        let share = |place: usize| (place as f64 + 0.5) / SHARES as f64;
+        within.flat_map(move |(_, row)| {
+            row.iter().enumerate().map(move |(place, pairs)| (share(place), *pairs))
+        })
+    }
+
+    /// How many they are, and the mean of their shares.
+    fn mean(found: impl Iterator<Item = (f64, u32)>) -> (u32, f64) {
+        let (pairs, sum) =
+            found.fold((0, 0.0), |(all, sum), (share, pairs)| (all + pairs, sum + share * f64::from(pairs)));
+        (pairs, sum / f64::from(pairs.max(1)))
     }
 }
 
-/// Compares each scan with the one before it.
+/// A scan that others are compared with.
+#[derive(Clone, Debug)]
+struct Kept {
+    at: Counted,
+    range_m: Vec<f64>,
+}
+
+/// Compares each scan with the one [`LAG`] before it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EncoderWitness {
     grid: BeamGrid,
-    before: Vec<f64>,
+    /// The latest scans, the oldest first.
+    kept: VecDeque<Kept>,
     ticks: Option<u32>,
-    /// When it counted last, seconds of travel.
-    counted_s: f64,
-    /// Where that was, metres.
-    counted_y_m: f64,
+    /// When and where it counted last.
+    counted: Option<Counted>,
     /// The way at each speed, from count to count.
     speeds: Speeds,
-    /// The latest scan, seconds of travel.
+    /// The latest scan, seconds of travel; and its way so far by the encoder, metres.
     latest_s: f64,
-    /// While it counted.
-    driving: Pairs,
-    /// Since it stands.
-    stretch: Pairs,
-    /// Scans while it stood and others changed.
-    stuck: u64,
+    way_m: f64,
+    pairs: Pairs,
+    /// Σ way between neighbours, and of that times the share that changed.
+    neighbours: (f64, f64),
+}
+
+/// The share of two scans' beams that changed; `None` where too few met anything.
+fn changed(before: &[f64], now: &[f64]) -> Option<f64> {
+    let (mut compared, mut changed) = (0, 0);
+    for (before, now) in before.iter().zip(now) {
+        let (was_hit, is_hit) = (before.is_finite(), now.is_finite());
+        // Of a range that is not a number nobody knows what was met.
+        if before.is_nan() || now.is_nan() || !(was_hit || is_hit) {
+            continue;
+        }
+        compared += 1;
+        changed += u32::from(was_hit != is_hit || (before - now).abs() > CHANGED_M);
+    }
+    (compared >= LEAST_BEAMS).then(|| f64::from(changed) / f64::from(compared))
 }
 
 impl EncoderWitness {
-    /// Takes a scan whose encoder had counted so far, at this place and time; `tick_s` is what the rig's speed takes for a tick.
-    pub(crate) fn observe(&mut self, ticks: u32, at: Counted, tick_s: f64, grid: BeamGrid, range_m: &[f64]) {
-        let Counted { y_m, travel_s } = at;
-        let is_pair = self.ticks.is_some() && self.grid == grid && self.before.len() == range_m.len();
-        let counts = self.ticks != Some(ticks);
-        let stands = travel_s - self.counted_s > STANDS_AFTER_S.max(STANDS_AFTER_TICKS * tick_s);
-        match (counts, is_pair) {
-            // The first count after a stand: some of the time between both scans it stood.
-            (true, _) if self.stretch.pairs > 0 => self.end_stretch(),
-            (true, true) => self.driving.add(&self.before, range_m),
-            (false, true) if stands => self.stretch.add(&self.before, range_m),
-            _ => {}
-        }
-        if counts {
-            if self.ticks.is_some() {
-                self.speeds.add((y_m - self.counted_y_m).abs(), travel_s - self.counted_s);
+    /// Takes a scan whose encoder had counted so far, at this place and time; at the rig's speed a tick takes `tick_s` and a line `line_s`.
+    pub(crate) fn observe(
+        &mut self,
+        ticks: u32,
+        at: Counted,
+        (tick_s, line_s, rig_m_s): (f64, f64, f64),
+        grid: BeamGrid,
+        range_m: &[f64],
+    ) {
+        if self.ticks != Some(ticks) {
+            if let Some(before) = self.counted {
+                let way_m = (at.y_m - before.y_m).abs();
+                self.way_m += way_m;
+                self.speeds.add(way_m, at.travel_s - before.travel_s);
             }
-            (self.counted_s, self.counted_y_m) = (travel_s, y_m);
+            self.counted = Some(at);
         }
-        self.ticks = Some(ticks);
-        self.latest_s = travel_s;
-        self.grid = grid;
-        self.before.clear();
-        self.before.extend_from_slice(range_m);
+        (self.ticks, self.latest_s) = (Some(ticks), at.travel_s);
+        if tick_s > COARSEST_LINES * line_s {
+            return;
+        }
+        if self.grid != grid || self.kept.back().is_some_and(|kept| kept.range_m.len() != range_m.len()) {
+            self.kept.clear();
+            self.grid = grid;
+        }
+        if let Some(neighbour) = self.kept.back() {
+            let way_m = (at.y_m - neighbour.at.y_m).abs();
+            if way_m > 0.0
+                && let Some(share) = changed(&neighbour.range_m, range_m)
+            {
+                self.neighbours.0 += way_m;
+                self.neighbours.1 += way_m * share;
+            }
+        }
+        let mut room = Kept { at, range_m: Vec::new() };
+        if self.kept.len() >= LAG
+            && let Some(oldest) = self.kept.pop_front()
+        {
+            if let Some(share) = changed(&oldest.range_m, range_m) {
+                let lag_m = LAG as f64 * line_s * rig_m_s;
+                self.pairs.add((at.y_m - oldest.at.y_m).abs() / lag_m, share);
+            }
+            room.range_m = oldest.range_m;
+        }
+        room.range_m.clear();
+        room.range_m.extend_from_slice(range_m);
+        self.kept.push_back(room);
     }
 
-    fn end_stretch(&mut self) {
-        self.stuck += self.stuck_now();
-        self.stretch = Pairs::default();
+    /// Scans that the encoder says are of one place, and that differ as those of several.
+    pub(crate) fn stuck(&self, rig_m_s: f64) -> u64 {
+        let Some(speed_m_s) = self.speeds.median_m_s() else { return 0 };
+        let typical = speed_m_s / rig_m_s;
+        let (pairs, far) = Pairs::mean(self.pairs.between(typical / 2.0, f64::INFINITY));
+        if pairs < LEAST_PAIRS || far < LEAST_SHARE {
+            return 0;
+        }
+        let near = self.neighbours.1 / self.neighbours.0;
+        let (most, border) = if far - near >= LEAST_DIFFERENCE {
+            // Neighbours are a lag's part apart; ticks round it.
+            (ROUNDED * typical / LAG as f64, near + BORDER * (far - near))
+        } else {
+            (0.0, BORDER_OF_STAND * far)
+        };
+        let at_one_place = self.pairs.between(0.0, most);
+        at_one_place.filter(|(share, _)| *share > border).map(|(_, pairs)| u64::from(pairs)).sum()
     }
 
-    /// Scans of the stretch in which it stands now, if others changed meanwhile.
-    fn stuck_now(&self) -> u64 {
-        let Self { driving, stretch, .. } = self;
-        let is_known = driving.pairs.min(stretch.pairs) >= LEAST_PAIRS
-            && driving.changed >= LEAST_CHANGED
-            && driving.share() >= LEAST_SHARE;
-        if is_known && stretch.share() > STILL * driving.share() { stretch.pairs } else { 0 }
+    /// True where the picture stood still while the encoder counted nothing: the tractor stands, or drives along what looks the same everywhere.
+    pub(crate) fn stands(&self) -> bool {
+        let (pairs, share) = Pairs::mean(self.pairs.between(0.0, 0.0));
+        self.way_m == 0.0 && pairs >= LEAST_PAIRS && share < STILL
     }
 
     /// The speed by the encoder at which half the way was driven, m/s, if it lies outside `range` times the rig's.
     fn speed_outside(&self, range: &RangeInclusive<f64>, rig_m_s: f64) -> Option<f64> {
-        let is_told = self.latest_s >= LEAST_S && self.latest_s * rig_m_s >= LEAST_RIG_WAY_M;
+        let is_told = self.latest_s * rig_m_s >= LEAST_WAY_M || self.way_m >= LEAST_WAY_M;
         let speed_m_s = self.speeds.median_m_s().filter(|_| is_told)?;
         (!range.contains(&(speed_m_s / rig_m_s))).then_some(speed_m_s)
     }
 
-    /// True where too many scans say that it sticks for the way to be known, of so many valid ones.
-    pub(crate) fn is_stuck(&self, valid: u64) -> bool {
-        self.stuck() as f64 > MOST_STUCK * valid as f64
+    /// True where too many scans refute it for the way to be known, of so many valid ones.
+    pub(crate) fn is_stuck(&self, valid: u64, rig_m_s: f64) -> bool {
+        self.stuck(rig_m_s) as f64 > MOST_STUCK * valid as f64
     }
 
     /// True where its speed and the rig's are of different scales, so that the way is not known.
@@ -158,17 +244,13 @@ impl EncoderWitness {
 
     /// What is to be told of it: scans against it, of so many valid ones, and a speed far off the rig's.
     pub(crate) fn doubts(&self, valid: u64, rig_m_s: f64) -> [Option<Warning>; 2] {
-        let scans = self.stuck();
+        let scans = self.stuck(rig_m_s);
+        let is_told = scans >= u64::from(LEAST_PAIRS) && scans as f64 > LEAST_STUCK * valid as f64;
         let off = self.speed_outside(&NO_DOUBT, rig_m_s);
         [
-            (scans > 0).then_some(Warning::EncoderStuck { scans, of: valid }),
+            is_told.then_some(Warning::EncoderStuck { scans, of: valid }),
             off.map(|encoder_m_s| Warning::EncoderSpeed { encoder_m_s, rig_m_s }),
         ]
-    }
-
-    /// Scans in which the encoder stood, and the tractor did not.
-    pub(crate) fn stuck(&self) -> u64 {
-        self.stuck + self.stuck_now()
     }
 }
 
@@ -178,8 +260,9 @@ mod tests {
 
     /// Ranges past a canopy at `y_m`: leaves of 5 cm with gaps between them; the ground looks the same everywhere.
     fn past_canopy(y_m: f64) -> Vec<f64> {
-        let leaf = (y_m / 0.05).floor() as i64;
-        let beams = (0..200_i64).map(|beam| match (beam * 7919 + leaf * 104_729).rem_euclid(10) {
+        // Each beam meets its leaves' edges at places of its own.
+        let leaf = |beam: i64| (y_m / 0.05 + (beam * 37).rem_euclid(50) as f64 / 50.0).floor() as i64;
+        let beams = (0..200_i64).map(|beam| match (beam * 7919 + leaf(beam) * 104_729).rem_euclid(10) {
             _ if beam >= 150 => 2.0,
             0..=3 => f64::INFINITY,
             depth => 1.0 + 0.2 * depth as f64,
@@ -202,7 +285,7 @@ mod tests {
             let ticks = (counted_m(travel_s) * ticks_per_m) as u32;
             let at = Counted { y_m: f64::from(ticks) / ticks_per_m, travel_s };
             let grid = BeamGrid::spanning(0, 1_990_000, 10_000);
-            witness.observe(ticks, at, 1.0 / ticks_per_m, grid, &range_m(y_m(travel_s)));
+            witness.observe(ticks, at, (1.0 / ticks_per_m, 0.02, 1.0), grid, &range_m(y_m(travel_s)));
         }
         (witness, scans)
     }
@@ -213,16 +296,24 @@ mod tests {
         // A coarse encoder has a tick each half metre: between two of them it does not stand.
         for ticks_per_m in [2.0, 100.0, 1000.0] {
             let (even, scans) = drive(8.0, past_canopy, |s| s, |s| s, ticks_per_m);
-            assert_eq!((even.stuck(), even.is_stuck(scans)), (0, false), "{ticks_per_m}");
+            assert_eq!((even.stuck(1.0), even.is_stuck(scans, 1.0)), (0, false), "{ticks_per_m}");
             let (stood, scans) = drive(8.0, past_canopy, stops, stops, ticks_per_m);
-            assert_eq!((stood.stuck(), stood.is_stuck(scans)), (0, false), "{ticks_per_m}");
+            assert_eq!((stood.stuck(1.0), stood.is_stuck(scans, 1.0)), (0, false), "{ticks_per_m}");
         }
         for ticks_per_m in [100.0, 1000.0] {
             let (stuck, scans) = drive(8.0, past_canopy, |s| s, stops, ticks_per_m);
-            assert!((100..150).contains(&stuck.stuck()) && stuck.is_stuck(scans), "{}", stuck.stuck());
+            assert!(
+                (100..150).contains(&stuck.stuck(1.0)) && stuck.is_stuck(scans, 1.0),
+                "{}",
+                stuck.stuck(1.0)
+            );
             // To the end of the row.
             let (stuck, scans) = drive(6.0, past_canopy, |s| s, |s| s.min(3.0), ticks_per_m);
-            assert!((100..150).contains(&stuck.stuck()) && stuck.is_stuck(scans), "{}", stuck.stuck());
+            assert!(
+                (100..150).contains(&stuck.stuck(1.0)) && stuck.is_stuck(scans, 1.0),
+                "{}",
+                stuck.stuck(1.0)
+            );
             assert!(matches!(stuck.doubts(scans, 1.0)[0], Some(Warning::EncoderStuck { .. })));
         }
     }
@@ -230,9 +321,9 @@ mod tests {
     #[test]
     fn where_all_looks_the_same_nothing_is_known() {
         let (wall, scans) = drive(8.0, |_| vec![1.5; 200], |s| s, |s| s.min(3.0), 1000.0);
-        assert_eq!((wall.stuck(), wall.is_stuck(scans)), (0, false));
+        assert_eq!((wall.stuck(1.0), wall.is_stuck(scans, 1.0)), (0, false));
         let (bare, scans) = drive(8.0, |_| vec![f64::INFINITY; 200], |s| s, |s| s.min(3.0), 1000.0);
-        assert_eq!((bare.stuck(), bare.is_stuck(scans)), (0, false));
+        assert_eq!((bare.stuck(1.0), bare.is_stuck(scans, 1.0)), (0, false));
     }
 
     #[test]
@@ -274,5 +365,52 @@ mod tests {
                 assert_eq!(witness.doubts(scans, 1.0), [None, None], "{ticks_per_m}");
             }
         }
+    }
+
+    #[test]
+    fn an_encoder_that_goes_bad_on_the_way_is_told_wherever_that_begins() {
+        for ticks_per_m in [100.0, 1000.0] {
+            for from_s in [1.0, 3.0, 5.0] {
+                for missed in [0.9, 0.95, 0.99] {
+                    let counted = |s: f64| s.min(from_s) + (1.0 - missed) * (s - from_s).max(0.0);
+                    let (witness, scans) = drive(8.0, past_canopy, |s| s, counted, ticks_per_m);
+                    let case = format!("{missed} from {from_s} s at {ticks_per_m}: {}", witness.stuck(1.0));
+                    assert!(witness.is_stuck(scans, 1.0), "{case}");
+                    assert!(witness.doubts(scans, 1.0)[0].is_some(), "{case}");
+                    // Bad before, and in order from then on.
+                    let counted = |s: f64| (1.0 - missed) * s.min(from_s) + (s - from_s).max(0.0);
+                    let (witness, scans) = drive(8.0, past_canopy, |s| s, counted, ticks_per_m);
+                    assert!(witness.is_stuck(scans, 1.0), "before: {case}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_crawl_and_leaves_in_the_wind_are_no_doubt() {
+        // Half of the leaves swing while the tractor stands for three seconds in five.
+        let stops = |s: f64| (s / 5.0).floor() * 2.0 + (s % 5.0).min(2.0);
+        let crawls = |s: f64| if s < 3.0 { s } else { 3.0 + 0.05 * (s - 3.0) };
+        for ticks_per_m in [100.0, 1000.0] {
+            let scan = std::cell::Cell::new(0_i64);
+            let in_wind = |y_m: f64| {
+                scan.set(scan.get() + 1);
+                let swings = |beam: i64| (beam * 31 + scan.get() * 17).rem_euclid(5) < 2;
+                let beams = past_canopy(y_m).into_iter().zip(0..);
+                beams.map(|(range_m, beam)| if beam < 150 && swings(beam) { 0.9 } else { range_m }).collect()
+            };
+            let (witness, scans) = drive(20.0, in_wind, stops, stops, ticks_per_m);
+            assert_eq!(witness.doubts(scans, 1.0)[0], None, "wind, {ticks_per_m}: {}", witness.stuck(1.0));
+            let (witness, scans) = drive(20.0, past_canopy, crawls, crawls, ticks_per_m);
+            assert_eq!(witness.doubts(scans, 1.0), [None, None], "crawl, {ticks_per_m}");
+        }
+    }
+
+    #[test]
+    fn a_picture_that_stands_is_a_tractor_that_stands() {
+        let (stands, _) = drive(4.0, past_canopy, |_| 1.0, |_| 0.0, 1000.0);
+        let (dead, _) = drive(4.0, past_canopy, |s| s, |_| 0.0, 1000.0);
+        let (drives, _) = drive(4.0, past_canopy, |s| s, |s| s, 1000.0);
+        assert_eq!([stands.stands(), dead.stands(), drives.stands()], [true, false, false]);
     }
 }

@@ -53,7 +53,7 @@ pub struct Estimate {
     pub advance_source: Option<AdvanceSource>,
     /// Metres of row that the lines stand for: the sum of their weights, long gaps left out.
     pub scanned_m: Option<f64>,
-    /// Metres scanned of those metres of row that hold canopy: the length that regressions count.
+    /// Metres scanned of those metres of row that hold canopy, less those where trees are missing: the length that laws are applied to.
     pub canopy_m: Option<f64>,
     /// I_T, the impacted area of all canopy returns, leaf and wood (paper eq. 4), m².
     pub impacted_total_area_m2: Option<f64>,

@@ -193,6 +193,10 @@ impl Gate {
 
     /// A line at this place was used, or left out. `longest_m` is the way that neighbours of a missing line fill.
     pub(crate) fn line(&mut self, why: Option<Exclusion>, y_m: f64, travel_s: f64, longest_m: f64) {
+        // A layer that is not used neither shows the row nor hides it.
+        if why.is_some_and(|why| !why.blinds()) {
+            return;
+        }
         let (here, blind) = (Place { y_m, travel_s }, &mut self.blind);
         if blind.first.is_none() {
             (blind.first, blind.greatest_y_m, blind.least_y_m) = (Some(here), y_m, y_m);
@@ -201,11 +205,10 @@ impl Gate {
         blind.least_y_m = blind.least_y_m.min(y_m);
         blind.greatest_y_m = blind.greatest_y_m.max(y_m);
         match why {
-            Some(why) if why.blinds() => {
+            Some(_) => {
                 let before = blind.last.unwrap_or(here);
                 blind.since.get_or_insert(before);
             }
-            Some(_) => {}
             None => {
                 // Telegrams may be lost without a word between two lines.
                 let is_told = blind.since.is_some();

@@ -1,7 +1,8 @@
 //! Where beams go: angles into the scene frame, the area a beam stands for, and which returns are canopy.
 //!
 //! Everything that depends on the beam alone is tabled once per beam grid. The frame here is the sensor's: x from the
-//! mirror towards the row (the row axis is at the mount's distance), z above ground.
+//! mirror towards the row (the row axis is at the mount's distance), z above the ground at the row axis. On a slope the ground is a line through that
+//! point; what lies below it or within the rig's clearance of it is no canopy.
 
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Attitude, Axes, Mount, Rig};
@@ -19,8 +20,13 @@ pub(crate) struct Frame {
     /// θ = sense · α + offset, degrees.
     pub(crate) sense: f64,
     pub(crate) offset_deg: f64,
+    /// Of the mirror above the ground at the row axis.
     pub(crate) height_m: f64,
     pub(crate) distance_m: f64,
+    /// How much the ground rises a metre towards the row; 0 where it is level.
+    pub(crate) rise: f64,
+    /// Z of the ground at the row axis in the rig's frame: 0 but for rows that stand up or down the slope.
+    pub(crate) foot_m: f64,
     /// How far the mirror sits ahead of what the advance is measured of.
     pub(crate) offset_y_m: f64,
     /// The scan plane's axes, where it is believed to lean; roll is in the angles.
@@ -35,13 +41,18 @@ impl Frame {
         rig.validate()?;
         let (sense, offset_deg) = mount.angle_map();
         let attitude = mount.attitude();
+        // To the tractor's right, with X.
+        let rise = rig.ground_slope_deg.unwrap_or(0.0).to_radians().tan();
+        let foot_m = rise * rig.row_axis_m(mount, None);
         Ok(Self {
             sense,
             offset_deg: offset_deg - mount.roll_deg,
             offset_y_m: mount.offset_y_m,
             axes: attitude.leans().then(|| Attitude { roll_rad: 0.0, ..attitude }.axes()),
-            height_m: mount.height_m,
+            height_m: mount.height_m - foot_m,
             distance_m: mount.distance_m,
+            rise: mount.side() * rise,
+            foot_m,
             ground_clearance_m: rig.ground_clearance_m,
             far_gate_m: rig.row_spacing_m.map_or(f64::INFINITY, |spacing| mount.distance_m + spacing / 2.0),
         })
@@ -170,11 +181,29 @@ pub(crate) enum Place {
 }
 
 impl Frame {
+    /// Height above the ground below, metres.
+    pub(crate) fn above_ground_m(&self, x_m: f64, z_m: f64) -> f64 {
+        z_m - self.rise * (x_m - self.distance_m)
+    }
+
+    /// The part of a beam, metres from the mirror, that lies above the ground's clearance; empty where all of it lies in the ground.
+    pub(crate) fn above_clearance_m(&self, beam: &Beam) -> (f64, f64) {
+        let mirror_m = self.above_ground_m(0.0, self.height_m) - self.ground_clearance_m;
+        let gain = beam.sin - self.rise * beam.cos;
+        if gain.abs() < 1e-12 {
+            (0.0, if mirror_m >= 0.0 { f64::INFINITY } else { 0.0 })
+        } else if gain < 0.0 {
+            (0.0, -mirror_m / gain)
+        } else {
+            (-mirror_m / gain, f64::INFINITY)
+        }
+    }
+
     /// Where the return at `range_m` along a beam belongs. Ground is looked at first.
     pub(crate) fn place(&self, beam: &Beam, range_m: f64) -> Place {
         let x_m = range_m * beam.cos;
         let z_m = self.height_m + range_m * beam.sin;
-        if z_m < self.ground_clearance_m {
+        if self.above_ground_m(x_m, z_m) < self.ground_clearance_m {
             Place::Ground
         } else if x_m >= self.far_gate_m {
             Place::Far

@@ -1,9 +1,9 @@
 //! Whether what counts as canopy is a level surface: the ground, where a rig's height or roof puts it among the leaves.
 //!
-//! The ground is what lies below the rig's clearance. A height told a little too high, or a mirror told the wrong way up, leaves nothing there; then the real
+//! The ground is what lies below the rig's clearance over the slope that it tells. A height told a little too high, or a mirror told the wrong way up, leaves nothing there; then the real
 //! ground is a level surface somewhere above it. Foliage has none: of a crown of 2 m no 20 cm hold a third of the returns.
 
-use crate::geometry::{BeamTable, Frame};
+use crate::geometry::{Beam, BeamTable, Frame};
 
 /// Height of a bin, metres.
 const BIN_M: f64 = 0.1;
@@ -41,7 +41,7 @@ pub(crate) struct LevelSurface {
 }
 
 impl Levels {
-    /// Adds a return of the canopy.
+    /// Adds a return of the canopy, at this height above the ground that the rig tells.
     pub(crate) fn add(&mut self, z_m: f64) {
         self.returns += 1;
         let bin = (z_m - LOWEST_M) / BIN_M;
@@ -62,10 +62,11 @@ impl Levels {
         if self.returns < LEAST || ground_returns as f64 > GROUND_SHARE * all as f64 {
             return None;
         }
-        let leads_down = |sin: f64, cos: f64| {
-            sin < 0.0 && (frame.height_m - frame.ground_clearance_m) * cos < -sin * frame.distance_m
+        let leads_down = |beam: &Beam| {
+            let (_, ends_m) = frame.above_clearance_m(beam);
+            ends_m.is_finite() && ends_m * beam.cos < frame.distance_m
         };
-        if !table.beams().iter().flatten().any(|beam| leads_down(beam.sin, beam.cos)) {
+        if !table.beams().iter().flatten().any(leads_down) {
             return None;
         }
         let pairs = self.bins.iter().zip(self.bins.iter().skip(1)).map(|(low, high)| low + high);

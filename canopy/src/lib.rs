@@ -58,6 +58,7 @@ pub mod estimator;
 mod footprint;
 mod gate;
 mod geometry;
+mod ground_line;
 mod leaf;
 mod level;
 mod looks;

@@ -5,9 +5,13 @@ use rowscan_protocol::rig::Rig;
 use serde::Serialize;
 
 /// No tractor drives faster past a row, m/s, ahead or back: an encoder that counts so counts anew, by fewer bits, or was read wrongly.
-const FASTEST_M_S: f64 = 20.0;
-/// So much farther it may seem to have come, where scans tell little of the time between them, metres.
-const FARTHER_M: f64 = 1.0;
+const FASTEST_M_S: f64 = 10.0;
+/// So much farther it may seem to have come, metres: times of scans scatter.
+const FARTHER_M: f64 = 0.05;
+/// And so many ticks: a coarse encoder's are far apart.
+const FARTHER_TICKS: f64 = 2.0;
+/// The way over a restart by the count and by the speed before differ by less than this factor where the encoder went on counting.
+const SAME_WAY: f64 = 2.0;
 /// Share of scans in which the encoder may have jumped before the way is unknown.
 const MOST_JUMPS: f64 = 0.03;
 
@@ -159,11 +163,16 @@ impl Odometry {
                     self.ticks = ticks;
                     let mut way_m = f64::from(counted) / ticks_per_m;
                     if std::mem::take(&mut self.restarted) {
-                        // It counts anew: what it had counted is not its own, and the way meanwhile goes by the speed before and the time.
-                        if way_m < 0.0 {
-                            way_m = (self.speed_m_s * passed_s).max(0.0);
+                        // It may count anew: what it had counted is not its own then, and the way meanwhile goes by the speed before and the time. Where nobody
+                        // knows the time, the count is all there is.
+                        let by_speed_m = (self.speed_m_s * passed_s).max(0.0);
+                        let same = by_speed_m / SAME_WAY - FARTHER_M..=by_speed_m * SAME_WAY + FARTHER_M;
+                        if way_m < 0.0 || passed_s > 0.0 && !same.contains(&way_m) {
+                            way_m = by_speed_m;
                         }
-                    } else if way_m.abs() > FASTEST_M_S * passed_s + FARTHER_M {
+                    } else if way_m.abs()
+                        > FASTEST_M_S * passed_s + FARTHER_M + FARTHER_TICKS / ticks_per_m.abs()
+                    {
                         self.jumps += 1;
                         way_m = self.speed_m_s * passed_s;
                     }
@@ -244,11 +253,17 @@ mod tests {
             assert!((found - y_m).abs() < 1e-9, "{found} {y_m}");
             assert_eq!(odometry.jumps(), jumps);
         }
-        // One that went on counting tells the way.
-        let mut odometry = Odometry::default();
-        odometry.y_m(&rig, Some(1000), 0.0, None);
-        odometry.restart();
-        assert!((odometry.y_m(&rig, Some(4000), 0.02, None) - 3.0).abs() < 1e-9);
+        // One that went on counting tells the way, as far as the time and the speed before bear it out; without a time it is all there is.
+        for (ticks, passed_s, y_m) in
+            [(4000, 2.9, 4.0), (4000, 0.0, 4.0), (3000, 10.0, 11.0), (9000, 2.0, 3.0)]
+        {
+            let mut odometry = Odometry::default();
+            odometry.y_m(&rig, Some(0), 0.0, None);
+            odometry.y_m(&rig, Some(1000), 1.0, None);
+            odometry.restart();
+            let found_m = odometry.y_m(&rig, Some(ticks), 1.0 + passed_s, None);
+            assert!((found_m - y_m).abs() < 1e-9, "{ticks} after {passed_s} s: {found_m}");
+        }
     }
 
     #[test]

@@ -44,7 +44,9 @@ impl Heading {
     #[must_use]
     pub fn rig(&self, rig: &Rig, slice_m: f64) -> Rig {
         let start_m = if self.back { self.turn_m(slice_m) - self.start_m } else { self.start_m };
-        Rig { start_m, ..rig.clone() }
+        // Turned round, the tractor has what rose to its right on its left.
+        let sense = if self.back { -1.0 } else { 1.0 };
+        Rig { start_m, ground_slope_deg: rig.ground_slope_deg.map(|deg| sense * deg), ..rig.clone() }
     }
 
     /// The row's y is this less the other pass's own, where it went back: a multiple of the slice.

@@ -2,7 +2,7 @@
 
 use crate::odometry::Odometry;
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::rig::{Mount, Rig, RowSide};
+use rowscan_protocol::rig::{Mount, Rig};
 use rowscan_protocol::scan::{Scan, elevation_deg};
 use rowscan_protocol::time::DeviceClock;
 
@@ -18,20 +18,11 @@ pub struct Placing {
 }
 
 impl Placing {
-    /// Scanner number `index` of a rig, in the scene's frame: the tractor drives ahead in alley `alley`, with row `alley` on its right and the one before
-    /// on its left. Left out, that is 0, or 1 where a scanner of the rig looks left, as a scene's drive has it. Rows of a rig that does not say how far
-    /// apart they are stand at X = 0. Without a rig: x along device angle 0°, y along 90°, z up from the housing: 0 but for inclined layers.
+    /// Scanner number `index` of a rig, in the scene's frame: the tractor drives ahead in alley `alley`, as [`Rig::row_axis_m`] has it. Without a rig: x along device angle 0°, y along 90°, z up from the housing: 0 but for inclined layers.
     pub fn new(rig: Option<Rig>, index: usize, alley: Option<i32>) -> Self {
         let mounted = rig.and_then(|rig| rig.scanners.get(index).cloned().map(|mount| (rig, mount)));
-        let row = mounted.as_ref().map_or((0.0, 1.0), |(rig, mount)| {
-            let looks_left = rig.scanners.iter().any(|mount| mount.row == RowSide::Left);
-            let alley = f64::from(alley.unwrap_or(i32::from(looks_left)));
-            let spacing_m = rig.row_spacing_m.unwrap_or(0.0);
-            match mount.row {
-                RowSide::Right => (alley * spacing_m, 1.0),
-                RowSide::Left => ((alley - 1.0) * spacing_m, -1.0),
-            }
-        });
+        let row =
+            mounted.as_ref().map_or((0.0, 1.0), |(rig, mount)| (rig.row_axis_m(mount, alley), mount.side()));
         Self { rig: mounted, row, clock: DeviceClock::default(), odometry: Odometry::default() }
     }
 
@@ -121,7 +112,7 @@ impl PlacedLine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rowscan_protocol::rig::{Orientation, Roof};
+    use rowscan_protocol::rig::{Orientation, Roof, RowSide};
 
     /// A scanner a side of an alley between rows 4 m apart, at 2 m/s; the mirror turns ten times a second.
     fn both_sides() -> Rig {

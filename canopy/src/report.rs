@@ -7,6 +7,7 @@ use crate::estimate::{
 };
 use crate::estimator::Measure;
 use crate::gate::Gate;
+use crate::ground_line::OtherSlope;
 use crate::leaf::{Count, Law, LeafAreas, PieceLeaf, RangedAreas, RowLeaf, Sums, Withheld};
 use crate::level::LevelSurface;
 use crate::odometry::AdvanceSource;
@@ -109,12 +110,17 @@ pub(crate) fn areas_told<'a>(
         Err(Withheld::NoTime)
     } else if by_encoder && pass.odometry.unread() > 0 {
         Err(Withheld::NoEncoder)
-    } else if by_encoder && pass.witness.is_stuck(gate.valid) {
+    } else if by_encoder && pass.witness.is_stuck(gate.valid, pass.rig.speed_m_s) {
         Err(Withheld::EncoderStuck)
     } else if by_encoder && pass.witness.has_other_scale(pass.rig.speed_m_s) {
         Err(Withheld::EncoderSpeed)
     } else if by_encoder && pass.odometry.is_lost(gate.valid) {
         Err(Withheld::EncoderJumped)
+    } else if gate.valid > 1 && pass.advance.advance_m() == Some(0.0) {
+        // Nothing was driven past.
+        Err(Withheld::NotScanned)
+    } else if pass.row.totals().unknown_share() > pass.rig.max_excluded {
+        Err(Withheld::UnknownBeams)
     } else if gate.blind_share() > pass.rig.max_excluded {
         Err(Withheld::TooMuchExcluded)
     } else {
@@ -125,7 +131,12 @@ pub(crate) fn areas_told<'a>(
 /// Says why nothing is told of the row.
 fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Option<&RowPass>, why: Withheld) {
     if let (
-        Withheld::EncoderStuck | Withheld::EncoderSpeed | Withheld::EncoderJumped | Withheld::TooMuchExcluded,
+        Withheld::EncoderStuck
+        | Withheld::EncoderSpeed
+        | Withheld::EncoderJumped
+        | Withheld::NotScanned
+        | Withheld::UnknownBeams
+        | Withheld::TooMuchExcluded,
         Some(pass),
     ) = (why, pass)
     {
@@ -135,6 +146,11 @@ fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Option<&RowPass>
     let warning = match (why, pass) {
         (Withheld::NothingValid, _) => Warning::NothingValid,
         (Withheld::NoEncoder, Some(pass)) => Warning::NoEncoder { scans: pass.odometry.unread() },
+        (Withheld::NotScanned, _) => Warning::Stood { scans: gate.valid },
+        (Withheld::UnknownBeams, Some(pass)) => {
+            let share = pass.row.totals().unknown_share();
+            Warning::UnknownBeams { share, limit: pass.rig.max_excluded }
+        }
         (Withheld::EncoderJumped, Some(pass)) => Warning::EncoderJumped { times: pass.odometry.jumps() },
         (Withheld::TooMuchExcluded, Some(pass)) => {
             Warning::TooMuchExcluded { share: gate.blind_share(), limit: pass.rig.max_excluded }
@@ -181,7 +197,7 @@ fn tell_how_sure(
 ) -> RowSds {
     let holds = calibration.map_or(Holds::Assumptions, |calibration| Holds::For(&calibration.class));
     // Classes differ in what shares tell about as much as in what hits tell: so the study's figures of hits stand for both.
-    let estimator = if calibration.is_some() { "contact" } else { "contact_raw" };
+    let estimator = if calibration.is_some() { "contact" } else { uncertainty::RAW };
     let known = class.cloned().unwrap_or_default();
     let look = Look {
         width: pass.rig.optics,
@@ -194,7 +210,7 @@ fn tell_how_sure(
     let compared = known.compared(&holds, look);
     // A power law enlarges a relative error by its exponent.
     let counted = law.counted();
-    let raw_m2_per_m = counted.raw_m2 / pass.row.totals().canopy_m;
+    let raw_m2_per_m = counted.raw_m2 / pass.row.so_far().canopy_m;
     let amplified = counted.scale.map_or(1.0, |scale| scale.amplification(raw_m2_per_m));
     let between = |compared: &[Compared]| uncertainty::term(compared, estimator).map(|sd| amplified * sd);
     for found in &compared {
@@ -225,6 +241,7 @@ fn tell_how_sure(
             amplified * uncertainty::combined([SHARES_SD, BY_POWER * power_sd])
         }),
         min_share: Some(pass.row.least_share_relative_sd()).filter(|sd| *sd > 0.0).map(|sd| amplified * sd),
+        sides: pass.row.sides().map(|_| amplified * uncertainty::SIDES_SD),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
     // The error of the spot correction is part of a calibration on wide beams.
@@ -235,10 +252,12 @@ fn tell_how_sure(
     let ends = |sd: f64| leaf_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
     let (of_density, of_remission) = (parts.density.unwrap_or(0.0), parts.remission.unwrap_or(0.0));
     let (of_factor, of_share) = (parts.calibration.unwrap_or(0.0), parts.min_share.unwrap_or(0.0));
+    let of_sides = parts.sides.unwrap_or(0.0);
+    let others = [of_density, of_factor, of_remission, of_share, of_spot, of_sides];
     let all = parts
         .sampling
         .zip(parts.between_class)
-        .map(|(a, b)| uncertainty::combined([a, b, of_density, of_factor, of_remission, of_share, of_spot]));
+        .map(|(a, b)| uncertainty::combined([a, b].into_iter().chain(others)));
     leaf.sampling_error_m2 = parts.sampling.and_then(ends);
     leaf.interval_m2 = all.and_then(ends);
     leaf.uncertainty = Some(parts);
@@ -261,7 +280,7 @@ fn row(
     calibration: Option<&Calibration>,
 ) {
     let leaves = law.told();
-    let totals = pass.row.totals();
+    let totals = &pass.row.so_far();
     let scanned_m = pass.advance.scanned_m();
     estimate.advance_m = Some(pass.advance.advance_m().unwrap_or(0.0));
     estimate.advance_source = pass.odometry.source();
@@ -300,6 +319,9 @@ fn row(
     warn_of_row_end(estimate, pass);
     if let Some(LevelSurface { z_m, share }) = pass.row.mistaken_ground() {
         estimate.warnings.push(Warning::GroundAsCanopy { share, z_m });
+    }
+    if let Some(OtherSlope { found_deg, told_deg, withheld }) = pass.row.other_slope() {
+        estimate.warnings.push(Warning::GroundSlope { found_deg, told_deg, withheld });
     }
     if !pass.row.has_far_gate() {
         estimate.warnings.push(Warning::NoFarRowGate);

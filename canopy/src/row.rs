@@ -14,6 +14,7 @@ use crate::estimator::{
     Contact, EstimatorInfo, Estimators, Measure, Setting, SightedLine, Sighting, Slice, Stretch,
 };
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
+use crate::ground_line::{GroundLine, OtherSlope};
 use crate::leaf::{SliceLeaf, Slices, Withheld, by_band};
 use crate::level::{LevelSurface, Levels};
 use crate::looks::Looks;
@@ -25,7 +26,7 @@ use crate::profile::Outline;
 use crate::recent::{Recent, WindowSums};
 use crate::remission::RemissionScale;
 use crate::stray_returns::{Stray, Strays, into_cells};
-use crate::trees::{Cells, Cut, Keys};
+use crate::trees::{Cells, Cut, Keys, gaps_m};
 use crate::voxels::Voxels;
 
 /// The sums of one row. Lines come in the order of travel.
@@ -56,6 +57,7 @@ pub(crate) struct Row {
     slice_metres: Vec<(i64, f64)>,
     heights: Histogram,
     levels: Levels,
+    ground: GroundLine,
     outline: Outline,
     /// The open metre: scanned, and whether it holds canopy.
     metre: (f64, bool),
@@ -83,14 +85,22 @@ pub(crate) struct Totals {
     /// Hits in voxels, and those of them that told their share.
     pub(crate) hits: u64,
     pub(crate) shares: u64,
-    /// Metres scanned of those metres of row that hold canopy returns.
+    /// Metres scanned of those metres of row that hold canopy returns; as of [`Row::so_far`] without those where trees are missing.
     pub(crate) canopy_m: f64,
     pub(crate) returns: ReturnCounts,
     /// Σ weight over lines, metres, and Σ weight², m².
     weights: (f64, f64),
+    /// Σ weight · share of a line's beams that look at the row and are unknown, metres.
+    unknown_m: f64,
 }
 
 impl Totals {
+    /// Share of the beams that look at the row of which nothing is known, by the row's length.
+    pub(crate) fn unknown_share(&self) -> f64 {
+        let (sum_m, _) = self.weights;
+        if sum_m > 0.0 { self.unknown_m / sum_m } else { 0.0 }
+    }
+
     /// How far apart lines lie, by what a metre of row has: the mean of their weights, by weight. `None` before the first line.
     pub(crate) fn line_spacing_m(&self) -> Option<f64> {
         let (sum_m, squares_m2) = self.weights;
@@ -134,6 +144,7 @@ impl Row {
             slice_metres: Vec::new(),
             heights: Histogram::new(),
             levels: Levels::default(),
+            ground: GroundLine::new(&frame, mount.side()),
             outline: Outline::new(),
             metre: (0.0, false),
             totals: Totals::default(),
@@ -165,6 +176,11 @@ impl Row {
     /// The surface that is the ground by all appearance, among what counts as canopy.
     pub(crate) fn mistaken_ground(&self) -> Option<LevelSurface> {
         self.levels.mistaken_ground(self.totals.returns.ground, &self.table, &self.frame)
+    }
+
+    /// The ground's slope as it was found, where that is not the rig's.
+    pub(crate) fn other_slope(&self) -> Option<OtherSlope> {
+        self.ground.other_slope()
     }
 
     /// The edge of voxels that was asked for, metres.
@@ -222,6 +238,11 @@ impl Row {
         let (sum_m, squares_m2) = &mut self.totals.weights;
         *sum_m += weight_m;
         *squares_m2 += weight_m * weight_m;
+        let looking = self.table.beams().iter().zip(range_m).filter(|(beam, _)| beam.is_some());
+        let (looking, unknown) = looking.fold((0_u32, 0_u32), |(all, unknown), (_, range_m)| {
+            (all + 1, unknown + u32::from(reading(*range_m) == Reading::Invalid))
+        });
+        self.totals.unknown_m += weight_m * f64::from(unknown) / f64::from(looking.max(1));
         self.recent.line(line.y_m, weight_m);
         self.outline.add_line(weight_m);
         self.patches.add_line(range_m);
@@ -276,6 +297,9 @@ impl Row {
                 Reading::Miss => None,
                 Reading::Invalid => continue,
             };
+            if place.is_some() {
+                self.ground.add(range_m * beam.cos, self.frame.height_m + range_m * beam.sin);
+            }
             let mut canopy = None;
             match place {
                 None => {}
@@ -285,7 +309,7 @@ impl Row {
                     area_m += range_m * beam.area_factor;
                     returns += 1;
                     self.heights.add(z_m, weight_m);
-                    self.levels.add(z_m);
+                    self.levels.add(self.frame.above_ground_m(x_m, z_m));
                     self.outline.add(x_m, z_m);
                     let of_trunk = self.trunk_zone.holds(x_m, z_m, self.frame.distance_m);
                     trunk += if of_trunk { weight_m } else { 0.0 };
@@ -304,6 +328,7 @@ impl Row {
                 self.sightings.push(Sighting { beam: *beam, canopy });
             }
         }
+        self.ground.line(weight_m);
         Placed { area_m, returns, trunk }
     }
 
@@ -328,6 +353,7 @@ impl Row {
     pub(crate) fn close(&mut self) {
         let Some(open) = self.open.take() else { return };
         self.settle(true);
+        self.ground.close();
         self.close_outline(open);
         self.close_slice(open);
         self.close_tree(open);
@@ -482,6 +508,9 @@ impl Row {
             let (scanned_m, canopy) = self.metre;
             totals.canopy_m += if canopy { scanned_m } else { 0.0 };
         }
+        let spacing_m = self.tree_spacing_m.unwrap_or(f64::INFINITY);
+        let open = self.open.and_then(|keys| keys.tree);
+        totals.canopy_m -= gaps_m(&self.trees, &self.metres, spacing_m, open);
         totals
     }
 

@@ -2,6 +2,7 @@
 
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::counting::Link;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{Mount, Rig};
 
 use crate::advance::{Advance, Step, Weighted};
@@ -14,6 +15,14 @@ use crate::parameters::Parameters;
 use crate::row::Row;
 use crate::shares::Shares;
 use crate::warning::Warning;
+
+/// Turns from one line of the layer that is used to the next, with those of other layers between.
+fn turns_a_line(model: &str) -> f64 {
+    match AnyModel::by_name(model) {
+        Some(AnyModel::Cola(model)) => model.layers.len().max(1) as f64,
+        _ => 1.0,
+    }
+}
 
 /// What the latest telegram states.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +66,7 @@ impl RowPass {
         Ok(Self {
             rig: rig.clone(),
             mount: mount.clone(),
-            advance: Advance::new(parameters.max_gap_steps),
+            advance: Advance::new(parameters.max_gap_steps * turns_a_line(&mount.model)),
             odometry: Odometry::default(),
             witness: EncoderWitness::default(),
             row: Row::new(rig, mount, parameters)?,
@@ -65,6 +74,11 @@ impl RowPass {
             shares: Shares::new(&parameters),
             deskew: mount.attitude().leans().then(Deskew::default),
         })
+    }
+
+    /// Turns from one line to the next.
+    pub(crate) fn turns_a_line(&self) -> f64 {
+        turns_a_line(&self.mount.model)
     }
 
     /// From tick to tick of the rig's encoder at its speed, seconds; infinite of a rig without.

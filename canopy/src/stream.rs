@@ -27,6 +27,8 @@ use rowscan_protocol::counting::{Counting, Link, Turn, nominal_period_s};
 
 /// For so long after the first scan a reading of the encoder is awaited, seconds.
 const READING_AWAITED_S: f64 = 1.0;
+/// Ticks that neighbouring lines may be apart, however slowly it goes.
+const TICKS_APART: f64 = 2.0;
 /// An encoder that has not counted while the rig's speed covers this way, metres, is dead.
 const DEAD_AFTER_M: f64 = 1.0;
 
@@ -252,6 +254,11 @@ impl Pipeline {
         }
         let nominal_step_m = pass.rig.speed_m_s * nominal_period_s(self.counting.nominal_hz(scan));
         let y_m = pass.odometry.y_m(&pass.rig, ticks, travel_s, speed);
+        if let (Some(AdvanceSource::Encoder), Some(ticks_per_m)) =
+            (pass.odometry.source(), pass.rig.encoder_ticks_per_m)
+        {
+            pass.advance.resolve(TICKS_APART / ticks_per_m.abs());
+        }
         if !pass.odometry.may_be_dead() {
             self.fallback = None;
         }
@@ -263,7 +270,9 @@ impl Pipeline {
         }
         if let (Some(AdvanceSource::Encoder), Some(ticks)) = (pass.odometry.source(), ticks) {
             let tick_s = pass.seconds_a_tick();
-            pass.witness.observe(ticks, Counted { y_m, travel_s }, tick_s, scan.beams, range_m);
+            let line_s = nominal_step_m * pass.turns_a_line() / pass.rig.speed_m_s;
+            let pace = (tick_s, line_s, pass.rig.speed_m_s);
+            pass.witness.observe(ticks, Counted { y_m, travel_s }, pace, scan.beams, range_m);
         }
         pass.open(y_m, link, nominal_step_m, scan.beams, range_m, remission);
         if let Some((pass, y_m)) = self.fallback.as_mut().zip(fallback_y_m) {
@@ -318,8 +327,12 @@ impl Pipeline {
     /// The pass that an estimate is made of, and whether it is the fallback.
     fn pass_that_counts(&self) -> (Option<&RowPass>, bool) {
         // An encoder that never counted while the rig's speed says that the tractor drove is dead.
-        let dead =
-            self.fallback.as_deref().filter(|by_speed| by_speed.advance.advance_m() >= Some(DEAD_AFTER_M));
+        // One that stands before a picture that stands, too, is in order.
+        let stands = self.pass.as_ref().is_some_and(|pass| pass.witness.stands());
+        let dead = self
+            .fallback
+            .as_deref()
+            .filter(|by_speed| !stands && by_speed.advance.advance_m() >= Some(DEAD_AFTER_M));
         (dead.or(self.pass.as_ref()), dead.is_some())
     }
 

@@ -127,9 +127,66 @@ impl Cells {
     }
 }
 
+/// A tree with less leaf area a metre than this share of the others' is missing, or was replanted.
+const MISSING: f64 = 0.25;
+/// So much of a tree must have been scanned to tell.
+const SCANNED: f64 = 0.5;
+
+/// Metres with canopy returns that lie where trees are missing: neighbours reach into the gap, and no row of full trees has them. Trees `spacing_m` apart,
+/// the one at `open` still being scanned.
+pub(crate) fn gaps_m(trees: &Cells, metres: &Cells, spacing_m: f64, open: Option<i64>) -> f64 {
+    if trees.dropped || metres.dropped {
+        return 0.0;
+    }
+    let whole =
+        || trees.iter().filter(|tree| Some(tree.index) != open && tree.scanned_m > SCANNED * spacing_m);
+    let density = |tree: &Cell| tree.contact_m2 / tree.scanned_m;
+    // Where the leaf area stands, so that gaps do not lower what they are held against.
+    let (sum, weighted) = whole().fold((0.0, 0.0), |(sum, weighted), tree| {
+        (sum + tree.contact_m2, weighted + tree.contact_m2 * density(tree))
+    });
+    let least = MISSING * weighted / sum;
+    let within = |tree: &Cell| -> f64 {
+        let [from_m, to_m] = [tree.index, tree.index + 1].map(|tree| tree as f64 * spacing_m);
+        let overlap_m = |metre: &Cell| {
+            let first_m = metre.index as f64;
+            ((first_m + 1.0).min(to_m) - first_m.max(from_m)).max(0.0) * metre.scanned_m
+        };
+        metres.iter().filter(|metre| metre.returns > 0).map(overlap_m).sum()
+    };
+    whole().filter(|tree| density(tree) < least).map(within).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_gap_is_no_canopy_wherever_neighbours_reach_into_it() {
+        // Twelve trees of 1.5 m; some are missing, but for a branch of their neighbours.
+        let found = |missing: &[i64], open| {
+            let (mut trees, mut metres) = (Cells::new(100), Cells::new(100));
+            for index in 0..12 {
+                let contact_m2 = if missing.contains(&index) { 0.5 } else { 9.0 + 0.1 * index as f64 };
+                *trees.at(index).unwrap() = Cell { index, contact_m2, scanned_m: 1.5, ..Cell::default() };
+            }
+            for index in 0..18 {
+                *metres.at(index).unwrap() = Cell { index, scanned_m: 1.0, returns: 5, ..Cell::default() };
+            }
+            gaps_m(&trees, &metres, 1.5, open)
+        };
+        assert_eq!(found(&[], None), 0.0);
+        for missing in [&[0][..], &[3], &[3, 4], &[1, 5, 11], &[0, 2, 4, 6, 8, 10]] {
+            let expected_m = 1.5 * missing.len() as f64;
+            assert!(
+                (found(missing, None) - expected_m).abs() < 1e-9,
+                "{missing:?}: {}",
+                found(missing, None)
+            );
+        }
+        // Of the tree that is being scanned nothing is known yet.
+        assert_eq!(found(&[3], Some(3)), 0.0);
+    }
 
     #[test]
     fn cells_nest_and_trees_begin_at_multiples_of_the_spacing() {

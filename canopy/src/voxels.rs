@@ -21,6 +21,8 @@ pub(crate) struct Voxels {
     region: Region,
     paths: Paths,
     voxels: Vec<Voxel>,
+    /// Of each, the share above the ground.
+    above_ground: Vec<f64>,
     /// Metres of row in the open slice.
     length_m: f64,
     hits: u64,
@@ -56,7 +58,7 @@ impl VoxelGrid {
         let region = Region::new(&frame, rig.row_spacing_m, parameters);
         let slice_m = Cut::new(rig.tree_spacing_m, parameters.slice_m).slice_m();
         Ok(Self {
-            corner_m: [region.x_m - frame.distance_m, 0.0, region.z_m],
+            corner_m: [region.x_m - frame.distance_m, 0.0, region.z_m + frame.foot_m],
             edge_m: [region.dx_m, slice_m, region.dz_m],
         })
     }
@@ -121,13 +123,13 @@ pub(crate) struct KeptSlice {
 pub(crate) struct LayerSum {
     /// Lower and upper face, metres above ground.
     pub(crate) z_m: [f64; 2],
-    /// Voxels that enough beams entered.
+    /// Voxels, of those that do not lie in the ground, that enough beams entered.
     pub(crate) visited: u32,
     /// Voxels that too few beams entered.
     pub(crate) unvisited: u32,
-    /// Σ density over visited voxels.
+    /// Σ density over visited voxels, each by its share above the ground.
     pub(crate) density: f64,
-    /// Σ density that the fill rule gives the unvisited ones.
+    /// Σ density that the fill rule gives the unvisited ones, by the same share.
     pub(crate) filled: f64,
 }
 
@@ -147,6 +149,7 @@ impl Voxels {
         let region = Region::new(frame, row_spacing_m, parameters);
         Self {
             voxels: vec![Voxel::default(); region.len()],
+            above_ground: region.above_ground(frame),
             paths: Paths::default(),
             region,
             length_m: 0.0,
@@ -241,30 +244,46 @@ impl Voxels {
         }
     }
 
-    /// Layer by layer from below: the sums of a density that a voxel's sums give, None where it tells nothing.
+    /// Layer by layer from below: the sums of a density that a voxel's sums give, None where it tells nothing. What lies in the ground holds nothing.
     pub(crate) fn layers<'a>(
         &'a self,
         density: impl Fn(&Voxel) -> Option<f64> + Copy + 'a,
     ) -> impl Iterator<Item = LayerSum> + 'a {
-        self.voxels.chunks(self.region.nx.max(1)).enumerate().map(move |(layer, band)| {
-            let z_m = [layer, layer + 1].map(|k| self.region.z_m + k as f64 * self.region.dz_m);
-            let mut sum = LayerSum { z_m, ..LayerSum::default() };
-            for found in band.iter().filter_map(density) {
-                sum.visited += 1;
-                sum.density += found;
-            }
-            sum.unvisited = band.len() as u32 - sum.visited;
-            sum.filled = match self.parameters.fill {
-                Fill::LeaveOut => 0.0,
-                Fill::BandMean if sum.visited == 0 => 0.0,
-                Fill::BandMean => sum.density / f64::from(sum.visited) * f64::from(sum.unvisited),
-                Fill::Mirror => {
-                    let missing = band.iter().enumerate().filter(|(_, voxel)| density(voxel).is_none());
-                    missing.filter_map(|(i, _)| self.stands_in(band, i, density)).sum()
+        let nx = self.region.nx.max(1);
+        self.voxels.chunks(nx).zip(self.above_ground.chunks(nx)).enumerate().map(
+            move |(layer, (band, above))| {
+                let z_m = [layer, layer + 1].map(|k| self.region.z_m + k as f64 * self.region.dz_m);
+                let mut sum = LayerSum { z_m, ..LayerSum::default() };
+                let standing = || band.iter().zip(above).enumerate().filter(|(_, (_, share))| **share > 0.0);
+                // Σ share over visited voxels, and over the others.
+                let mut shares = (0.0, 0.0);
+                for (_, (voxel, share)) in standing() {
+                    match density(voxel) {
+                        Some(found) => {
+                            sum.visited += 1;
+                            sum.density += found * share;
+                            shares.0 += share;
+                        }
+                        None => {
+                            sum.unvisited += 1;
+                            shares.1 += share;
+                        }
+                    }
                 }
-            };
-            sum
-        })
+                sum.filled = match self.parameters.fill {
+                    Fill::LeaveOut => 0.0,
+                    Fill::BandMean if sum.visited == 0 => 0.0,
+                    Fill::BandMean => sum.density / shares.0 * shares.1,
+                    Fill::Mirror => {
+                        let missing = standing().filter(|(_, (voxel, _))| density(voxel).is_none());
+                        missing
+                            .filter_map(|(i, (_, share))| Some(self.stands_in(band, i, density)? * share))
+                            .sum()
+                    }
+                };
+                sum
+            },
+        )
     }
 
     /// What an unvisited voxel of a layer is taken to hold: as much as its mirror image; where that is hidden too, as the nearest voxel before that
@@ -327,8 +346,10 @@ impl Voxels {
 
     /// Unvisited voxels, by the reason.
     pub(crate) fn unseen(&self) -> Unseen {
-        let mut unseen = Unseen { of: self.voxels.len() as u64, ..Unseen::default() };
-        for (voxel, aimed) in self.voxels.iter().zip(&self.paths.aimed) {
+        let mut unseen = Unseen::default();
+        let voxels = self.voxels.iter().zip(&self.paths.aimed).zip(&self.above_ground);
+        for ((voxel, aimed), _) in voxels.filter(|(_, share)| **share > 0.0) {
+            unseen.of += 1;
             if voxel.beams < self.min_beams {
                 let count = if *aimed { &mut unseen.occluded } else { &mut unseen.never_visited };
                 *count += 1;

@@ -215,6 +215,18 @@ pub enum Warning {
         /// Scans in which it stood.
         lines: u64,
     },
+    /// The tractor stood in all scans: nothing was driven past.
+    Stood {
+        /// So many.
+        scans: u64,
+    },
+    /// Beams that look at the row have no range that could be known: areas are withheld.
+    UnknownBeams {
+        /// Share of them, by the way.
+        share: f64,
+        /// The rig's limit.
+        limit: f64,
+    },
     /// The encoder stood while scans changed as they do when the tractor drives.
     EncoderStuck {
         /// Scans in which it did.
@@ -271,6 +283,15 @@ pub enum Warning {
         share: f64,
         /// Where they lie above the ground that the rig tells, metres.
         z_m: f64,
+    },
+    /// The ground rises otherwise than the rig says.
+    GroundSlope {
+        /// As its returns lie, degrees; positive where it rises to the tractor's right.
+        found_deg: f64,
+        /// The rig's.
+        told_deg: f64,
+        /// True if so far off that leaf areas are withheld.
+        withheld: bool,
     },
     /// Lines began before the row's first tree: what stands there counts in the totals.
     BeforeRow {
@@ -339,6 +360,8 @@ impl Warning {
             Self::TooMuchExcluded { .. } => "too_much_excluded",
             Self::NothingValid => "nothing_valid",
             Self::EncoderStood { .. } => "encoder_stood",
+            Self::Stood { .. } => "stood",
+            Self::UnknownBeams { .. } => "unknown_beams",
             Self::EncoderStuck { .. } => "encoder_stuck",
             Self::EncoderSpeed { .. } => "encoder_speed",
             Self::EncoderJumped { .. } => "encoder_jumped",
@@ -349,6 +372,7 @@ impl Warning {
             Self::NoTime { .. } => "no_time",
             Self::SpeedHeld { .. } => "speed_held",
             Self::GroundAsCanopy { .. } => "ground_as_canopy",
+            Self::GroundSlope { .. } => "ground_slope",
             Self::BeforeRow { .. } => "before_row",
             Self::PastRow { .. } => "past_row",
             Self::TooManyCells { .. } => "too_many_cells",

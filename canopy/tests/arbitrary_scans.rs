@@ -61,19 +61,31 @@ fn rig() -> impl Strategy<Value = Rig> {
         },
     );
     let optics = prop::option::of(Just(BeamWidth::Ideal));
-    (0.0f64..100.0, -1e6f64..1e6, spacing(), prop::option::of(0.1f64..1000.0), -10.0f64..10.0, optics, mount)
-        .prop_map(|(speed_m_s, start_m, tree_spacing_m, row_spacing_m, ground_clearance_m, optics, mount)| {
-            Rig {
-                optics,
+    let ground = (-10.0f64..10.0, prop::option::of(-45.0f64..45.0));
+    (0.0f64..100.0, -1e6f64..1e6, spacing(), prop::option::of(0.1f64..1000.0), ground, optics, mount)
+        .prop_map(
+            |(
                 speed_m_s,
                 start_m,
                 tree_spacing_m,
                 row_spacing_m,
-                ground_clearance_m,
-                scanners: vec![mount],
-                ..Rig::default()
-            }
-        })
+                (ground_clearance_m, ground_slope_deg),
+                optics,
+                mount,
+            )| {
+                Rig {
+                    optics,
+                    speed_m_s,
+                    start_m,
+                    tree_spacing_m,
+                    row_spacing_m,
+                    ground_clearance_m,
+                    ground_slope_deg,
+                    scanners: vec![mount],
+                    ..Rig::default()
+                }
+            },
+        )
 }
 
 /// Every number in a JSON value, with its key; null only where the key may be unknown.
@@ -101,7 +113,7 @@ proptest! {
             prop_assert!(numbers_are_finite(&progress));
         }
         let estimate = pipeline.finish();
-        let withheld = estimate.warnings.iter().any(|warning| ["no_foliage", "optics_unknown"].contains(&warning.code()));
+        let withheld = estimate.warnings.iter().any(|warning| ["no_foliage", "optics_unknown", "ground_slope"].contains(&warning.code()));
         // serde_json writes NaN as null: what must be a number is looked at by itself.
         for (key, value) in [
             ("scanned_m", estimate.scanned_m),
@@ -122,7 +134,7 @@ proptest! {
             prop_assert!(tree.leaf.areas.best_m2().ok().map_or(withheld, f64::is_finite));
         }
         if rig.is_some() && estimate.is_withheld() {
-            let reasons = ["nothing_valid", "too_much_excluded", "no_time", "no_encoder", "no_foliage", "optics_unknown"];
+            let reasons = ["nothing_valid", "too_much_excluded", "no_time", "no_encoder", "no_foliage", "optics_unknown", "ground_slope", "stood", "unknown_beams"];
             let told = estimate.warnings.iter().any(|warning| reasons.contains(&warning.code()));
             prop_assert!(told, "areas are null without a reason: {:?}", estimate.warnings);
         }

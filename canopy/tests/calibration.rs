@@ -249,8 +249,8 @@ fn leave_one_out_is_what_refitting_gives() {
 fn a_sample_is_the_estimate_of_a_row_beside_its_truth() {
     let found = estimate(&orchard_rig(), &hedge(225));
     let sample = Sample::of(&found, 12.5).unwrap();
-    // Metre 2 holds no canopy: 3.5 m of 4.5 m do.
-    assert!((sample.length_m - 3.5).abs() < 1e-6, "{sample:?}");
+    // Tree 1 is missing: 3 m of 4.5 m hold trees.
+    assert!((sample.length_m - 3.0).abs() < 1e-6, "{sample:?}");
     assert_eq!(Some(sample.impacted_total_area_m2), found.impacted_total_area_m2);
     assert_eq!(Some(sample.contact_leaf_area_m2), found.leaf.areas.contact_raw_m2().ok());
     assert_eq!(Sample::of(&Estimate::default(), 1.0), None);
@@ -352,10 +352,9 @@ fn a_calibration_scales_the_contact_and_gives_no_leaves_to_a_gap() {
         let expected = tree.scanned_m + 2.0 * tree.impacted_total_area_m2;
         assert!(relative(tree.leaf.areas.regression_m2().ok().unwrap(), expected) < 1e-9);
     }
-    // Metre 1 (y = 1..2) is half gap; metre 2 is all gap: the row's `a` counts 3.5 m of 4.5 m.
-    let slices: Vec<f64> = found.slices.iter().map(|s| s.scanned_m).collect();
+    // Metre 1 (y = 1..2) is half gap; metre 2 is all gap: the row's `a` counts the 3 m of 4.5 m that trees stand on.
     assert_eq!(found.slices[2].leaf.areas.regression_m2().ok(), Some(0.0));
-    let canopy_m: f64 = slices.iter().sum::<f64>() - slices[2];
+    let canopy_m = found.trees[0].scanned_m + found.trees[2].scanned_m;
     let expected = canopy_m + 2.0 * found.impacted_total_area_m2.unwrap();
     assert!(relative(found.leaf.areas.regression_m2().ok().unwrap(), expected) < 1e-9);
     let codes: Vec<_> = found.warnings.iter().map(|w| w.code()).collect();

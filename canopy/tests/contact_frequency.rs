@@ -45,8 +45,17 @@ fn misses_matter() {
             *range_m = f64::NAN;
         }
     }
-    let without = ratio(&estimate_with(&rig(), parameters(), &scans), 1.0, 2.0);
+    let any = Rig { max_excluded: 1.0, ..rig() };
+    let without = ratio(&estimate_with(&any, parameters(), &scans), 1.0, 2.0);
     assert!((whole - 1.0).abs() < 0.02 && without > 1.3, "{whole} {without}");
+    // So many beams of which nothing is known leave the row unknown.
+    let withheld = estimate_with(&rig(), parameters(), &scans);
+    assert_eq!(withheld.impacted_total_area_m2, None);
+    assert!(
+        withheld.warnings.iter().any(|warning| warning.code() == "unknown_beams"),
+        "{:?}",
+        withheld.warnings
+    );
 }
 
 #[test]

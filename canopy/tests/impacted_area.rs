@@ -213,14 +213,13 @@ fn repeated_scans_add_nothing_bit_for_bit() {
 }
 
 #[test]
-fn a_tractor_at_standstill_adds_nothing() {
+fn a_tractor_at_standstill_knows_nothing_of_the_row() {
     let rig = Rig { speed_m_s: 0.0, ..orchard_rig() };
     let scans = drive(&rig, lms111(), 50, 50, banded_wall(1.9));
     let found = estimate(&rig, &scans);
-    assert_eq!(found.impacted_total_area_m2, Some(0.0));
-    assert_eq!(found.leaf.areas.best_m2().ok(), Some(0.0));
-    assert_eq!(found.scans, 50);
-    assert_eq!(found.leaf.areas.lai().ok(), None);
+    assert_eq!((found.impacted_total_area_m2, found.advance_m), (None, Some(0.0)));
+    assert_eq!((found.scans, found.leaf.areas.best_m2().ok(), found.leaf.areas.lai().ok()), (50, None, None));
+    assert!(found.warnings.iter().any(|warning| warning.code() == "stood"), "{:?}", found.warnings);
 }
 
 #[test]

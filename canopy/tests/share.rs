@@ -16,7 +16,7 @@ use rowscan_canopy::{
 use rowscan_protocol::optics::{
     DAZZLED, Fact, FactoryEcho, FogFilter, Noise, NoiseShape, Optics, Pulse, RemissionCurve, Spot,
 };
-use rowscan_protocol::rig::{CardReading, EchoChoice, RemissionReading};
+use rowscan_protocol::rig::{CardReading, EchoChoice, RemissionReading, Rig};
 use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
 use slab::*;
 
@@ -471,7 +471,10 @@ fn a_dazzled_beam_is_unknown_and_neither_hit_nor_gap() {
             (*range_m, *remission) = (rowscan_protocol::scan::DAZZLED, DAZZLED);
         }
     }
-    let found = estimated(parameters(), None, &dazzled);
+    let any = Rig { max_excluded: 1.0, ..rig() };
+    let mut pipeline = Pipeline::with_parameters(Some(&any), 0, None, parameters()).unwrap();
+    dazzled.iter().for_each(|scan| pipeline.push(scan));
+    let found = pipeline.finish();
     let of = |found: &Estimate| found.leaf.areas.contact_raw_m2().ok().unwrap() / found.scanned_m.unwrap();
     assert!(relative(of(&found), of(&whole)) < 0.02, "{} {}", of(&found), of(&whole));
     assert!(found.ranges.invalid > 0 && found.ranges.misses < whole.ranges.misses);

@@ -32,8 +32,9 @@ fn pushed(mut pipeline: Pipeline, scans: &[Scan]) -> rowscan_canopy::Estimate {
 fn a_dead_encoder_gives_way_to_the_rigs_speed_and_is_told() {
     let new = || Pipeline::new(Some(&rig()), 0, None).unwrap();
     let without = Pipeline::new(Some(&Rig { encoder_ticks_per_m: None, ..rig() }), 0, None).unwrap();
-    let by_speed = pushed(without, &drive(|_| 7));
-    let dead = pushed(new(), &drive(|_| 7));
+    let passing = uneven(drive(|_| 7));
+    let by_speed = pushed(without, &passing);
+    let dead = pushed(new(), &passing);
     assert_eq!(dead.advance_source, Some(AdvanceSource::Constant));
     assert_eq!(dead.impacted_total_area_m2, by_speed.impacted_total_area_m2);
     assert!(dead.warnings.contains(&Warning::EncoderStood { lines: 250 }), "{:?}", dead.warnings);
@@ -42,8 +43,33 @@ fn a_dead_encoder_gives_way_to_the_rigs_speed_and_is_told() {
     assert_eq!(late.advance_source, Some(AdvanceSource::Encoder));
     assert!((late.advance_m.unwrap() - 149.0 * 0.02).abs() < 1e-9, "{:?}", late.advance_m);
     // Who wants the encoder gets it, standing or not.
-    let asked = pushed(new().by_encoder_only(), &drive(|_| 7));
+    let asked = pushed(new().by_encoder_only(), &passing);
     assert_eq!((asked.advance_source, asked.advance_m), (Some(AdvanceSource::Encoder), Some(0.0)));
+}
+
+/// The same past a wall whose stones stand out by turns.
+fn uneven(mut scans: Vec<Scan>) -> Vec<Scan> {
+    for (turn, scan) in scans.iter_mut().enumerate() {
+        for (beam, range_m) in scan.echoes[0].range_m.iter_mut().enumerate() {
+            *range_m += if (beam * 7 + turn / 3 * 13) % 5 < 2 { 0.3 } else { 0.0 };
+        }
+    }
+    scans
+}
+
+/// An encoder that counts nothing is in order where the tractor stands: the picture does, too. Nothing was driven past, so nothing is known.
+#[test]
+fn a_tractor_that_stands_tells_no_area_whatever_its_way_is_taken_from() {
+    let standing = drive(|_| 7);
+    let new = || Pipeline::new(Some(&rig()), 0, None).unwrap();
+    let mut by_gnss = new();
+    let stands = GroundSpeed { source: AdvanceSource::Gnss, speed_m_s: Some(0.0) };
+    standing.iter().for_each(|scan| by_gnss.push_at_speed(scan, stands));
+    let found = [pushed(new(), &standing), pushed(new().by_encoder_only(), &standing), by_gnss.finish()];
+    for estimate in found {
+        assert_eq!((estimate.advance_m, estimate.impacted_total_area_m2), (Some(0.0), None));
+        assert!(estimate.warnings.contains(&Warning::Stood { scans: 250 }), "{:?}", estimate.warnings);
+    }
 }
 
 #[test]
@@ -75,7 +101,7 @@ fn scans_without_the_rigs_encoder_go_by_constant_speed_and_it_is_told() {
         let mut of_model = rig();
         of_model.scanners[0].model = model.name().to_owned();
         let told = told(&of_model, &bare).warnings.iter().map(ToString::to_string).collect::<String>();
-        assert!(told.contains("the rig has an encoder, and 250 scans"), "{}: {told}", model.name());
+        assert!(told.contains("and 250 scans have no reading"), "{}: {told}", model.name());
         assert_eq!(told.contains("encoder=on"), model.tells_ticks(), "{}: {told}", model.name());
         assert_eq!(
             told.contains("tells no encoder's count"),

@@ -50,9 +50,9 @@ pub(crate) trait Feed: Send {
     /// Frames refused by checksum or length.
     fn frames_bad(&self) -> u64;
 
-    /// The model that a recording names, as far as it was read.
-    fn recorded_model(&self) -> Option<AnyModel> {
-        None
+    /// The models that a recording says its scanner can be, as far as it was read: one where it is known.
+    fn recorded_models(&self) -> Vec<AnyModel> {
+        Vec::new()
     }
 
     /// What the bytes of the recorded stream are that is read, as far as it was.

@@ -1,7 +1,10 @@
 //! The model that a recording says its scans are of.
 
+use std::collections::BTreeSet;
+use std::path::Path;
+
 use rowscan_protocol::model::AnyModel;
-use rowscan_recording::{About, Recording};
+use rowscan_recording::{About, Format, Recording, streams_with_scans};
 
 use crate::Source;
 
@@ -9,17 +12,30 @@ use crate::Source;
 const MOST_AHEAD: usize = 1024;
 
 impl Source {
-    /// The model that a recording names for the stream that is asked for, else for all its scanners, where that is one. `None` of live scanners, of
-    /// files that name none, of several models where no stream is asked for, and of what is no file to be opened twice. Whatever is wrong with a file is told by
-    /// [`Scanner::open`](crate::Scanner::open).
+    /// The model that a recording names for the stream that is read. `None` of live scanners, of files that name none or several that it can be, and of
+    /// what is no file to be opened twice. Whatever is wrong with a file is told by [`Scanner::open`](crate::Scanner::open).
     pub fn recorded_model(&self) -> Option<AnyModel> {
-        self.model_in(&self.peek()?)
+        match self.models_in(&self.peek()?).as_slice() {
+            [model] => Some(*model),
+            _ => None,
+        }
     }
 
-    /// The same of its recording that is open already.
-    pub fn model_in(&self, recording: &Recording) -> Option<AnyModel> {
-        let Self::Recording { stream, .. } = self else { return None };
-        model_of(recording.about(), stream.as_deref())
+    /// The models that the scanner of the stream that is read can be, by its recording, which is open already: one where it is known.
+    pub fn models_in(&self, recording: &Recording) -> Vec<AnyModel> {
+        let Self::Recording { path, stream } = self else { return Vec::new() };
+        let about = recording.about();
+        // Which stream is read is looked for only where it decides.
+        let is_looked_for = stream.is_none() && !(about.models.is_empty() && about.candidates.is_empty());
+        let first = || seen_ahead(path, recording).pop_first();
+        let read = stream.clone().or_else(|| is_looked_for.then(first).flatten());
+        models_of(about, read.as_deref())
+    }
+
+    /// The model that such a recording is read as: the one it names. Of several that it can be, that of the rig if it is one of them, else the first.
+    pub fn model_in(&self, recording: &Recording, of_rig: Option<AnyModel>) -> Option<AnyModel> {
+        let models = self.models_in(recording);
+        of_rig.filter(|of_rig| models.contains(of_rig)).or_else(|| models.first().copied())
     }
 
     /// A recording with its first packets read, to see what it says of itself; `None` of live scanners and of what cannot be read.
@@ -38,10 +54,21 @@ impl Source {
     }
 }
 
-/// The model that a recording names for this stream, else for all of them.
-pub(crate) fn model_of(about: &About, stream: Option<&str>) -> Option<AnyModel> {
-    let name = stream.map_or_else(|| about.only_model(), |stream| about.model_of(stream))?;
-    AnyModel::by_name(name)
+/// The models that a recording names for this stream, else for all of them.
+pub(crate) fn models_of(about: &About, stream: Option<&str>) -> Vec<AnyModel> {
+    let names = match stream {
+        Some(stream) => about.candidates_of(stream),
+        None => about.only_model().into_iter().collect(),
+    };
+    names.into_iter().filter_map(AnyModel::by_name).collect()
+}
+
+/// The streams of a file that may hold several: those with scans, of which the first is read. Empty where no other stream than the open one can be seen
+/// ahead, and of what is no file, as a pipe, which is read only once. What is wrong with a file is told by who reads it.
+pub(crate) fn seen_ahead(path: &Path, recording: &Recording) -> BTreeSet<String> {
+    let may_be_several = recording.format() == Format::Mcap || recording.streams().len() > 1;
+    let again = (may_be_several && path.is_file()).then(|| Recording::open(path).ok());
+    again.flatten().and_then(|recording| streams_with_scans(recording).ok()).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -61,10 +88,14 @@ mod tests {
     }
 
     fn written(folder: &Path, about: &About, streams: &[&str]) -> String {
+        holding(folder, about, streams, b"\x02sRA STlms\x03")
+    }
+
+    fn holding(folder: &Path, about: &About, streams: &[&str], bytes: &[u8]) -> String {
         let mut writer = McapWriter::new(Cursor::new(Vec::new()), about, Decoded::default()).unwrap();
         for name in streams {
             let stream = writer.add_stream(name, StreamKind::Cola).unwrap();
-            writer.write(stream, Side::Device, 1, 0, b"\x02sRA STlms\x03").unwrap();
+            writer.write(stream, Side::Device, 1, 0, bytes).unwrap();
         }
         writer.finish().unwrap();
         let path = folder.join(format!("{}.mcap", std::fs::read_dir(folder).unwrap().count()));
@@ -78,8 +109,54 @@ mod tests {
         written(folder, &About::default().of_scanners(scanners), streams)
     }
 
+    const SCAN: &[u8] = b"\x02sSN LMDscandata 1 1 16F4C7A 0 0 7 9 3E8 4B0 0 0 4 0 0 1388 168 0 1 DIST1 3F800000 00000000 FFF92230 1388 3 3E8 0 7D0 0 0 0 0 0 0\x03";
+
     fn recorded_model(source: &str) -> Option<&'static str> {
         source.parse::<Source>().unwrap().recorded_model().map(AnyModel::name)
+    }
+
+    /// The first by name is read, in whichever order they came.
+    #[test]
+    fn of_several_streams_the_model_is_that_of_the_one_that_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let all: Vec<&str> = AnyModel::all().map(AnyModel::name).collect();
+        for pair in all.windows(2) {
+            let [first, second] = pair else { panic!("two") };
+            for streams in [["left", "right"], ["right", "left"]] {
+                let scanners = [(*first, ["left".to_owned()]), (*second, ["right".to_owned()])];
+                let about = About::default().of_scanners(scanners);
+                let path = holding(folder.path(), &about, &streams, SCAN);
+                for (source, expected) in [
+                    (path.clone(), *first),
+                    (format!("{path}#left"), *first),
+                    (format!("{path}#right"), *second),
+                ] {
+                    assert_eq!(recorded_model(&source), Some(expected), "{source} of {streams:?}");
+                }
+            }
+        }
+    }
+
+    /// Of a family's name the rig's model is taken if it is of the family, else the family's first.
+    #[test]
+    fn a_recording_of_a_family_is_read_as_the_rigs_model_or_the_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let all: Vec<AnyModel> = AnyModel::all().collect();
+        for family in all.windows(2) {
+            let names: Vec<&str> = family.iter().map(|model| model.name()).collect();
+            let candidates = [("scanner".to_owned(), names.join(", "))].into();
+            let path = holding(folder.path(), &About { candidates, ..About::default() }, &["scanner"], SCAN);
+            for source in [path.clone(), format!("{path}#scanner")] {
+                let source: Source = source.parse().unwrap();
+                assert_eq!(source.recorded_model(), None, "it is one of two");
+                let recording = source.peek().unwrap();
+                for of_rig in all.iter().copied().map(Some).chain([None]) {
+                    let is_one = of_rig.is_some_and(|of_rig| family.contains(&of_rig));
+                    let expected = if is_one { of_rig } else { family.first().copied() };
+                    assert_eq!(source.model_in(&recording, of_rig), expected, "{names:?}, {of_rig:?}");
+                }
+            }
+        }
     }
 
     #[test]
@@ -95,7 +172,7 @@ mod tests {
             let told = named(folder.path(), pair, &["left", "right"]);
             assert_eq!(recorded_model(&format!("{told}#left")), Some(*first));
             assert_eq!(recorded_model(&format!("{told}#right")), Some(*second));
-            assert_eq!(recorded_model(&told), None, "which stream is read is not said");
+            assert_eq!(recorded_model(&told), None, "none is read: they hold no scan");
             // The twin: names swapped.
             let swapped = named(folder.path(), pair, &["right", "left"]);
             assert_eq!(recorded_model(&format!("{swapped}#left")), Some(*second));

@@ -9,13 +9,13 @@ use rowscan_protocol::compact::SegmentCounts;
 use rowscan_protocol::host::{HostEvent, OtherSender};
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::Scan;
-use rowscan_recording::{Format, Packet, ScanReader, Side, StreamInfo, StreamKind, Tap, streams_with_scans};
+use rowscan_recording::{Packet, ScanReader, Side, StreamInfo, StreamKind, Tap};
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
 use crate::feed::Feed;
 use crate::left_out::StreamsLeftOut;
-use crate::recorded_model::model_of;
+use crate::recorded_model::{models_of, seen_ahead};
 
 /// A recording being read: one stream of it.
 #[derive(Debug)]
@@ -188,14 +188,6 @@ impl Recording {
     }
 }
 
-/// Names of the streams that hold scans, where there may be several; none of what is no file, as a pipe, which is read only once. What is wrong with a file
-/// is told by who reads it.
-fn seen_ahead(path: &Path, recording: &rowscan_recording::Recording) -> BTreeSet<String> {
-    let may_be_several = recording.format() == Format::Mcap || recording.streams().len() > 1;
-    let again = (may_be_several && path.is_file()).then(|| rowscan_recording::Recording::open(path).ok());
-    again.flatten().and_then(|recording| streams_with_scans(recording).ok()).unwrap_or_default()
-}
-
 impl Feed for Recording {
     fn poll_event(&mut self, _: &mut Context<'_>) -> Poll<Result<Option<HostEvent>, DriverError>> {
         Poll::Ready(self.next_event())
@@ -240,10 +232,11 @@ impl Feed for Recording {
         self.client().map_or(0, |client| client.counts().bad)
     }
 
-    fn recorded_model(&self) -> Option<AnyModel> {
+    fn recorded_models(&self) -> Vec<AnyModel> {
         let chosen = self.chosen.and_then(|chosen| self.recording.streams().get(chosen));
-        let stream = chosen.map(|stream| stream.name.as_str()).or(self.wanted.as_deref());
-        model_of(self.recording.about(), stream)
+        let asked = self.wanted.as_deref().or(self.preferred.as_deref());
+        let stream = chosen.map(|stream| stream.name.as_str()).or(asked);
+        models_of(self.recording.about(), stream)
     }
 
     fn recorded_kind(&self) -> Option<StreamKind> {

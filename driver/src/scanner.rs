@@ -143,7 +143,7 @@ impl Scanner {
         let device = self.events.device();
         let told =
             device.map_or_else(Vec::new, |device| AnyModel::of_device(&device.ident, &device.firmware));
-        let named: Vec<AnyModel> = self.feed.recorded_model().into_iter().chain(told).collect();
+        let named: Vec<AnyModel> = self.feed.recorded_models().into_iter().chain(told).collect();
         match self.feed.recorded_kind() {
             Some(kind) if named.is_empty() => of_kind(kind),
             _ => named,

@@ -41,6 +41,12 @@ pub struct Rig {
     pub trees: Option<u32>,
     /// Returns lower than this above Z = 0 are ground, metres.
     pub ground_clearance_m: f64,
+    /// Slope of the ground across the rows, degrees, against the level that the mounts' angles count from: positive where it rises to the tractor's right, as
+    /// a scene's towards +X. Rows stand on it, and Z = 0 is where row 0 does: the one on the right, or on the left where a scanner looks left. Level where
+    /// left out; a scene's is its ground's.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(example = 6.0))]
+    pub ground_slope_deg: Option<f64>,
     /// Ticks a metre of the wheel encoder in the scan telegrams; negative where it counts down driving forward. Without it the advance
     /// is not taken from an encoder.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
@@ -105,6 +111,7 @@ impl Default for Rig {
             row_spacing_m: None,
             trees: None,
             ground_clearance_m: 0.1,
+            ground_slope_deg: None,
             encoder_ticks_per_m: None,
             max_excluded: MAX_EXCLUDED,
             optics: None,
@@ -313,6 +320,9 @@ pub enum RowSide {
     Left,
 }
 
+/// No orchard stands on a steeper slope, degrees: what a scene's ground may have.
+const STEEPEST_GROUND_DEG: f64 = 45.0;
+
 /// A scan plane that leans more would see along the row, degrees.
 const STEEPEST_DEG: f64 = 45.0;
 
@@ -365,6 +375,8 @@ impl Rig {
         within("speed_m_s", self.speed_m_s, 0.0, 100.0)?;
         within("start_m", self.start_m, -1e6, 1e6)?;
         within("ground_clearance_m", self.ground_clearance_m, -10.0, 10.0)?;
+        let slope_deg = self.ground_slope_deg.unwrap_or(0.0);
+        within("ground_slope_deg", slope_deg, -STEEPEST_GROUND_DEG, STEEPEST_GROUND_DEG)?;
         within("tree_spacing_m", self.tree_spacing_m.unwrap_or(1.0), 0.05, 1000.0)?;
         within("row_spacing_m", self.row_spacing_m.unwrap_or(1.0), 0.1, 1000.0)?;
         if let Some(ticks) = self.encoder_ticks_per_m {

@@ -17,14 +17,18 @@ impl Describer {
         Self { queue, about: Arc::new(Mutex::new(about)) }
     }
 
-    /// Says of which model the scanner of this stream is, of so many that are recorded; the first word on a stream stays.
-    pub fn of_model(&self, stream: &str, model: &str, scanners: usize) {
+    /// Says of which model the scanner of this stream is, of so many that are recorded, or which ones it can be where that is not known; the first word on
+    /// a stream stays.
+    pub fn of_models(&self, stream: &str, models: &[&str], scanners: usize) {
         // Held until it is queued: what is told last holds all of it.
         let mut about = self.about.lock().unwrap_or_else(PoisonError::into_inner);
-        if about.models.contains_key(stream) || about.only_model().is_some() {
+        if models.is_empty() || !about.candidates_of(stream).is_empty() {
             return;
         }
-        about.models.insert(stream.to_owned(), model.to_owned());
+        match models {
+            [model] => about.models.insert(stream.to_owned(), (*model).to_owned()),
+            several => about.candidates.insert(stream.to_owned(), several.join(", ")),
+        };
         if about.models.len() == scanners {
             about.model = Some(about.models.values().cloned().collect::<Vec<_>>().join(", "));
         }

@@ -40,6 +40,8 @@ pub(crate) const SIDE_KEY: &str = "from";
 pub(crate) const KIND_KEY: &str = "kind";
 /// What stands before a stream's name in the key of its model.
 const MODEL_OF: &str = "model/";
+/// The same of the models that it can be, where its name does not tell which.
+const CANDIDATES_OF: &str = "candidates/";
 
 /// Describes a recording, as far as is known; stored in the file's metadata.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -48,6 +50,8 @@ pub struct About {
     pub model: Option<String>,
     /// The model of each stream, by the stream's name, where that is known.
     pub models: BTreeMap<String, String>,
+    /// The models that a stream's scanner can be, with commas between them, where its name is that of a family.
+    pub candidates: BTreeMap<String, String>,
     /// The scene, as it was named.
     pub scene: Option<String>,
     /// The rig, as a rig file has it.
@@ -74,8 +78,12 @@ impl About {
             ("program", self.program.clone()),
         ];
         let entries = entries.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
-        let models = self.models.iter().map(|(stream, model)| (format!("{MODEL_OF}{stream}"), model.clone()));
-        entries.chain(models).collect()
+        let of_streams = |before: &'static str, known: &BTreeMap<String, String>| {
+            let named = known.iter().map(|(stream, models)| (format!("{before}{stream}"), models.clone()));
+            named.collect::<Vec<_>>()
+        };
+        let models = of_streams(MODEL_OF, &self.models);
+        entries.chain(models).chain(of_streams(CANDIDATES_OF, &self.candidates)).collect()
     }
 
     /// Says what the scanners are: the model of each, and the streams that its telegrams may come in.
@@ -98,6 +106,15 @@ impl About {
         self.models.get(stream).map(String::as_str).or_else(|| self.only_model())
     }
 
+    /// The models that this stream's scanner can be: one where it is known, none where nothing is.
+    pub fn candidates_of(&self, stream: &str) -> Vec<&str> {
+        match (self.model_of(stream), self.candidates.get(stream)) {
+            (Some(model), _) => vec![model],
+            (None, Some(candidates)) => candidates.split(',').map(str::trim).collect(),
+            (None, None) => Vec::new(),
+        }
+    }
+
     /// The model of all scanners, where it is one.
     pub fn only_model(&self) -> Option<&str> {
         let mut names = self.model.as_deref()?.split(',').map(str::trim);
@@ -110,6 +127,7 @@ impl About {
         Self {
             model: self.model.or(other.model),
             models: if self.models.is_empty() { other.models } else { self.models },
+            candidates: if self.candidates.is_empty() { other.candidates } else { self.candidates },
             scene: self.scene.or(other.scene),
             rig: self.rig.or(other.rig),
             seed: self.seed.or(other.seed),
@@ -121,12 +139,16 @@ impl About {
     /// From the entries of a metadata record; unknown ones are ignored.
     pub fn from_entries(entries: &BTreeMap<String, String>) -> Self {
         let text = |key: &str| entries.get(key).cloned();
+        let of_streams = |before: &str| {
+            let named = |(key, value): (&String, &String)| {
+                Some((key.strip_prefix(before)?.to_owned(), value.clone()))
+            };
+            entries.iter().filter_map(named).collect()
+        };
         Self {
             model: text("model"),
-            models: entries
-                .iter()
-                .filter_map(|(key, model)| Some((key.strip_prefix(MODEL_OF)?.to_owned(), model.clone())))
-                .collect(),
+            models: of_streams(MODEL_OF),
+            candidates: of_streams(CANDIDATES_OF),
             scene: text("scene"),
             rig: text("rig"),
             seed: text("seed").and_then(|seed| seed.parse().ok()),

@@ -96,14 +96,17 @@ fn default_seed() -> u64 {
 }
 
 impl Scene {
-    /// The rig with tree spacing, row spacing, number of trees, encoder and beam width filled in from orchard, encoder and optics where it leaves them out.
+    /// The rig with tree spacing, row spacing, number of trees, the ground's slope, encoder and beam width filled in from orchard, encoder and optics where it leaves them out.
     pub fn resolved_rig(&self) -> Rig {
         let layout = self.orchard.layout();
+        let slope_deg = self.orchard.ground_parameters().slope_deg;
         let rig = self.rig.clone();
         Rig {
             tree_spacing_m: rig.tree_spacing_m.or(Some(layout.tree_spacing_m)),
             row_spacing_m: rig.row_spacing_m.or(Some(layout.row_spacing_m)),
             trees: rig.trees.or(Some(layout.trees)),
+            // Level ground is what a rig has that says nothing.
+            ground_slope_deg: rig.ground_slope_deg.or(Some(slope_deg).filter(|deg| *deg != 0.0)),
             encoder_ticks_per_m: rig.encoder_ticks_per_m.or(Some(self.encoder.ticks_a_metre_ahead())),
             optics: rig.optics.or(Some(self.optics.beam_width())),
             ..rig

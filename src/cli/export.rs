@@ -121,7 +121,9 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
     let mut scanner = Scanner::open(&args.file, DriverConfig::default()).await?;
     let mut file: Option<TableFile> = None;
     let mut scans: u64 = 0;
+    let mut has_encoder = false;
     while let Some(record) = scanner.next().await? {
+        has_encoder |= !record.scan.encoders.is_empty();
         let file = match &mut file {
             Some(file) => file,
             // Only now: a recording without a scan leaves no file.
@@ -141,5 +143,11 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
     let Some(file) = file else { return Ok(Outcome::Finding) };
     let rows = file.commit()?;
     say(format_args!("{}: {rows} rows of {scans} scans", name_of(&args.output)));
+    if args.what == What::Scans && (has_encoder || scanner.counts().readings.wheel > 0) {
+        say(format_args!(
+            "{} has no place for the encoder's readings that the recording holds: an estimate of it goes by the rig's constant speed",
+            name_of(&args.output)
+        ));
+    }
     Ok(Outcome::Done)
 }

@@ -91,6 +91,14 @@ pub(super) fn print_rows<T: Serialize>(format: Format, rows: &[T]) -> Result<(),
     print_all(format, &rows.iter().map(|row| row as &dyn Serialize).collect::<Vec<_>>())
 }
 
+/// Writes the header alone that such a row would have: of CSV whose rows there are none of.
+pub(super) fn print_header(row: &dyn Serialize) -> Result<(), Failure> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(fields(row)?.iter().map(|(key, _)| key)).map_err(csv_failure)?;
+    let bytes = writer.into_inner().map_err(|error| stdout_failure(error.into_error()))?;
+    print(&String::from_utf8_lossy(&bytes))
+}
+
 fn print_all(format: Format, rows: &[&dyn Serialize]) -> Result<(), Failure> {
     match format {
         Format::Json => print_json(format, &rows),

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use rowscan_driver::{DriverConfig, Scanner, Source};
+use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::rig::Rig;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{About, Side, StreamKind, StreamReport, Taps, account};
 use rowscan_scenes::files;
@@ -88,13 +90,9 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         }
         None => {}
     }
+    let rig = args.rig.as_deref().map(|name| files::load_rig(name, say)).transpose()?.map(|(rig, _)| rig);
     let about = About {
-        rig: args
-            .rig
-            .as_deref()
-            .map(|name| files::load_rig(name, say))
-            .transpose()?
-            .and_then(|(rig, _)| recorder::rig_text(&rig)),
+        rig: rig.as_ref().and_then(recorder::rig_text),
         program: Some(recorder::program()),
         ..About::default()
     };
@@ -113,14 +111,14 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     {
         return Err(Failure::Usage(format!("{source} is a recording: convert recordings one at a time")));
     }
-    live(&args, output, about, interrupt).await
+    live(&args, output, (about, rig), interrupt).await
 }
 
 /// Records live scanners and what is beside them until the user, or every scanner's count, ends it.
 async fn live(
     args: &Args,
     output: &Path,
-    about: About,
+    (about, rig): (About, Option<Rig>),
     mut interrupt: Interrupt,
 ) -> Result<Outcome, Failure> {
     let beside = interrupt.or(Beside::open(args)).await.transpose()?;
@@ -131,10 +129,12 @@ async fn live(
     let limits = Limits { scans: args.scans, seconds: args.seconds };
     let _beside = beside.follow(&taping.taps());
     let mut scanners = JoinSet::new();
-    for named in &args.sources {
+    for (place, named) in args.sources.iter().enumerate() {
+        let mount = rig.as_ref().and_then(|rig| rig.scanners.get(place));
+        let taken_for = mount.and_then(|mount| AnyModel::by_name(&mount.model));
         let config = DriverConfig { wait: args.wait, prefer: args.prefer.into(), ..DriverConfig::default() };
         let models = taping.models(args.sources.len());
-        scanners.spawn(task(follow(named.clone(), config, (taping.taps(), models), limits)));
+        scanners.spawn(task(follow(named.clone(), config, (taping.taps(), models, taken_for), limits)));
     }
     if args.sources.is_empty() {
         scanners.spawn(task(limits.pass()));
@@ -247,7 +247,7 @@ impl Limits {
 async fn follow(
     named: Named<Source>,
     config: DriverConfig,
-    (taps, models): (Taps, ModelTeller),
+    (taps, models, taken_for): (Taps, ModelTeller, Option<AnyModel>),
     limits: Limits,
 ) -> Result<(), Failure> {
     let name = named.name.clone().unwrap_or_else(|| match &named.it {
@@ -257,7 +257,7 @@ async fn follow(
     });
     let config = DriverConfig { tap: taps.open(&name, stream_kind(&named.it)), ..config };
     let mut scanner = Scanner::open(&named.it, config).await?;
-    models.tell(&name, &scanner.models());
+    models.tell(&name, &scanner.models(), taken_for);
     let _telling = LinkTeller::start(&scanner, named.name.clone(), None);
     let watch = Stopwatch::start();
     let mut scans = 0;
@@ -281,6 +281,9 @@ struct Info {
     /// Of each stream, by its name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     models: BTreeMap<String, String>,
+    /// The models that each stream's scanner can be, where it names a family.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    candidates: BTreeMap<String, String>,
     scene: Option<String>,
     seed: Option<u64>,
     source: Option<String>,
@@ -311,13 +314,25 @@ fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Fa
         say(format_args!("{name}: {torn}; `rowscan record --repair {name}{to}` writes it anew"));
     }
     let outcome = if torn.is_some() { Outcome::Finding } else { Outcome::Done };
-    let About { model, models, scene, rig, seed, source, program } = about;
+    let About { model, models, candidates, scene, rig, seed, source, program } = about;
     let kind = recording.format().to_string();
     match format {
         Format::Json => {
             output::print_json(
                 format,
-                &Info { format: kind, model, models, scene, seed, source, program, rig, torn, streams },
+                &Info {
+                    format: kind,
+                    model,
+                    models,
+                    candidates,
+                    scene,
+                    seed,
+                    source,
+                    program,
+                    rig,
+                    torn,
+                    streams,
+                },
             )?;
         }
         _ => {

@@ -188,11 +188,16 @@ pub(super) struct ModelTeller {
 }
 
 impl ModelTeller {
-    /// The scanner of this stream can be any of these models. Where they are several, it is not known which.
-    pub(super) fn tell(&self, stream: &str, models: &[AnyModel]) {
-        if let (Some(describer), [model]) = (&self.describer, models) {
-            describer.of_model(stream, model.name(), self.scanners);
-        }
+    /// The scanner of this stream can be any of these models; none where it says nothing that is known. What it is taken for is believed as far as the
+    /// scanner does not say otherwise.
+    pub(super) fn tell(&self, stream: &str, models: &[AnyModel], taken_for: Option<AnyModel>) {
+        let Some(describer) = &self.describer else { return };
+        let believed = taken_for.filter(|taken_for| models.is_empty() || models.contains(taken_for));
+        let names: Vec<&str> = match believed {
+            Some(model) => vec![model.name()],
+            None => models.iter().map(|model| model.name()).collect(),
+        };
+        describer.of_models(stream, &names, self.scanners);
     }
 }
 

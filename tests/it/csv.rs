@@ -393,6 +393,8 @@ fn estimates_as_rows_have_one_form_whatever_is_known() {
     }
 
     let known = rows(&["--rig", &told, "--by", "tree"]);
+    let nothing = rows(&["--by", "tree"]);
+    assert_eq!((&nothing.0, nothing.1.len()), (&known.0, 0), "the header is written where there is no row");
     let dark = rows(&["--rig", &withheld, "--by", "tree"]);
     assert_eq!(dark.0, known.0);
     assert!(known.1.len() > 2 && dark.1.len() == known.1.len(), "{} and {}", known.1.len(), dark.1.len());

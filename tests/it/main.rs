@@ -30,6 +30,7 @@ mod documents;
 mod emulated_device;
 mod endings;
 mod estimate_recordings;
+mod estimate_sources;
 mod examples;
 #[cfg(feature = "tables")]
 mod exports;
@@ -55,6 +56,7 @@ mod nozzles;
 mod online_offline;
 mod optics;
 mod orchards;
+mod other_side;
 mod outputs;
 mod overwriting;
 mod part_faults;

@@ -147,7 +147,7 @@ fn sector_middle(sector: usize) -> f64 {
 
 fn inside(frame: &Frame, top_m: f64, far_m: f64, x_m: f64, up_m: f64) -> bool {
     let z_m = frame.height_m + up_m;
-    x_m < far_m && z_m > frame.ground_clearance_m && z_m < top_m
+    x_m < far_m && z_m < top_m && frame.above_ground_m(x_m, z_m) > frame.ground_clearance_m
 }
 
 #[cfg(test)]

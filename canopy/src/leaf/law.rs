@@ -75,6 +75,8 @@ impl<'a> Law<'a> {
             Some(Withheld::OpticsUnknown)
         } else if row.lacks_the_echo() {
             Some(Withheld::EchoUnknown)
+        } else if row.other_slope().is_some_and(|slope| slope.withheld) {
+            Some(Withheld::GroundSlope)
         } else if row.sampled_so_far().too_dense() > NO_FOLIAGE {
             Some(Withheld::NoFoliage)
         } else {

@@ -60,9 +60,11 @@ reasons! {
     NoWitness = 18, "no_witness", "the calibration does not say how shares of spots and contact agree";
     CardTooShort = 19, "card_too_short", "the card was measured at too few ranges";
     CardLaw = 20, "card_law", "other cards refute that remission goes by the logarithm of power";
-    EncoderStuck = 21, "encoder_stuck", "the encoder stood while scans changed as they do when the tractor drives";
+    EncoderStuck = 21, "encoder_stuck", "scans that are of one place by the encoder differ as places far apart do";
     EncoderSpeed = 22, "encoder_speed", "the speed by the encoder is a quarter, or four times, of the rig's and beyond";
     EncoderJumped = 23, "encoder_jumped", "the encoder's count jumped as no tractor drives in more than 3 % of the scans";
+    UnknownBeams = 24, "unknown_beams", "too many of the beams that look at the row have no range that could be known";
+    GroundSlope = 25, "ground_slope", "the ground rises more than 5° otherwise than the rig says";
 }
 
 impl fmt::Display for Withheld {

@@ -3,7 +3,7 @@
 use crate::geometry::{Beam, Frame};
 use crate::parameters::Parameters;
 
-/// A rectangle of voxels in the scan plane: |x − distance| < half width, ground clearance < z < top.
+/// A rectangle of voxels in the scan plane: |x − distance| < half width, ground clearance < z < top. On a slope some reach into the ground, or lie in it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Region {
     pub(super) x_m: f64,
@@ -48,6 +48,23 @@ impl Region {
         self.nx * self.nz
     }
 
+    /// Of each voxel, the share that lies above the ground's clearance.
+    pub(super) fn above_ground(&self, frame: &Frame) -> Vec<f64> {
+        let share = |layer: usize, column: usize| {
+            if frame.rise == 0.0 {
+                return 1.0;
+            }
+            let top_m = self.z_m + (layer + 1) as f64 * self.dz_m;
+            let above_m = [column, column + 1].map(|face| {
+                let x_m = self.x_m + face as f64 * self.dx_m;
+                frame.above_ground_m(x_m, top_m) - frame.ground_clearance_m
+            });
+            mean_within(above_m, self.dz_m) / self.dz_m
+        };
+        let layers = 0..self.nz;
+        layers.flat_map(|layer| (0..self.nx).map(move |column| share(layer, column))).collect()
+    }
+
     /// The voxel column as far behind the row plane as column `ix` lies before it.
     pub(super) fn mirrored(&self, ix: usize) -> Option<usize> {
         let column = (2 * self.row).checked_sub(ix + 1)?;
@@ -58,6 +75,16 @@ impl Region {
         let index = |offset_m: f64, edge_m: f64, n: usize| ((offset_m / edge_m).max(0.0) as usize).min(n - 1);
         index(z_m - self.z_m, self.dz_m, self.nz) * self.nx + index(x_m - self.x_m, self.dx_m, self.nx)
     }
+}
+
+/// The mean, from 0 to `most`, of what goes evenly from one value to the other.
+fn mean_within([from, to]: [f64; 2], most: f64) -> f64 {
+    // The integral of what is held within 0 and `most`.
+    let up_to = |value: f64| {
+        let held = value.clamp(0.0, most);
+        held * held / 2.0 + most * (value - most).max(0.0)
+    };
+    if (to - from).abs() < 1e-9 { from.clamp(0.0, most) } else { (up_to(to) - up_to(from)) / (to - from) }
 }
 
 /// The ways of a grid's beams through the region.
@@ -99,7 +126,7 @@ impl Paths {
         self.steps.clear();
         for beam in beams {
             let first = self.steps.len();
-            let entry_m = beam.map_or(0.0, |beam| self.walk(&beam, frame.height_m, (region, parameters)));
+            let entry_m = beam.map_or(0.0, |beam| self.walk(&beam, frame, (region, parameters)));
             self.ways.push(Way { entry_m, first, last: self.steps.len() });
         }
         self.aimed.clear();
@@ -111,8 +138,9 @@ impl Paths {
         }
     }
 
-    /// Cuts a beam at every voxel face it crosses; gives where it enters the region.
-    fn walk(&mut self, beam: &Beam, height_m: f64, (region, parameters): (&Region, &Parameters)) -> f64 {
+    /// Cuts a beam at every voxel face it crosses, and ends it where it meets the ground's clearance; gives where it enters the region.
+    fn walk(&mut self, beam: &Beam, frame: &Frame, (region, parameters): (&Region, &Parameters)) -> f64 {
+        let height_m = frame.height_m;
         let across = |k: usize| (region.x_m + k as f64 * region.dx_m) / beam.cos;
         let up = |k: usize| (region.z_m + k as f64 * region.dz_m - height_m) / beam.sin;
         let (mut entry_m, mut exit_m) = (across(0), across(region.nx));
@@ -127,7 +155,9 @@ impl Paths {
             entry_m = entry_m.max(a.min(b));
             exit_m = exit_m.min(a.max(b));
         }
-        entry_m = entry_m.max(0.0);
+        let (leaves_ground_m, meets_ground_m) = frame.above_clearance_m(beam);
+        entry_m = entry_m.max(leaves_ground_m).max(0.0);
+        exit_m = exit_m.min(meets_ground_m);
         if !(exit_m.is_finite() && entry_m < exit_m) {
             return 0.0;
         }
@@ -158,6 +188,61 @@ mod tests {
     use rowscan_protocol::rig::{Mount, Rig};
 
     use super::*;
+    use crate::geometry::BeamTable;
+    use crate::parameters::AreaForm;
+    use rowscan_protocol::angle::BeamGrid;
+
+    fn on_slope(deg: f64) -> (Frame, Region) {
+        let rig = Rig { ground_slope_deg: Some(deg), ..Rig::default() };
+        let frame = Frame::new(&rig, &Mount::default()).unwrap();
+        (frame, Region::new(&frame, Some(4.0), &Parameters::default()))
+    }
+
+    #[test]
+    fn of_a_voxel_counts_what_stands_above_the_ground() {
+        for deg in [-30.0, -6.0, 0.0, 6.0, 30.0] {
+            let (frame, region) = on_slope(deg);
+            let shares = region.above_ground(&frame);
+            assert_eq!(shares.len(), region.len());
+            // By points, 20 by 20 a voxel.
+            for (number, share) in shares.iter().enumerate() {
+                let (column, layer) = (number % region.nx, number / region.nx);
+                let at = |cell: usize, part: usize| cell as f64 + (part as f64 + 0.5) / 20.0;
+                let above = (0..400).filter(|point| {
+                    let x_m = region.x_m + at(column, point % 20) * region.dx_m;
+                    let z_m = region.z_m + at(layer, point / 20) * region.dz_m;
+                    frame.above_ground_m(x_m, z_m) > frame.ground_clearance_m
+                });
+                assert!(
+                    (above.count() as f64 / 400.0 - share).abs() < 0.03,
+                    "{deg}: {column}, {layer}: {share}"
+                );
+            }
+            assert_eq!(shares.iter().all(|share| *share == 1.0), deg == 0.0, "{deg}");
+        }
+    }
+
+    #[test]
+    fn no_beam_goes_on_below_the_ground() {
+        for deg in [-30.0, -6.0, 0.0, 6.0, 30.0] {
+            let (frame, region) = on_slope(deg);
+            let (mut table, mut paths) = (BeamTable::default(), Paths::default());
+            table.update(BeamGrid::spanning(0, 1_800_000, 5000), &frame, AreaForm::Midpoint);
+            paths.rebuild(table.beams(), &frame, &region, &Parameters::default());
+            let shares = region.above_ground(&frame);
+            assert!(paths.steps.iter().all(|step| shares[step.voxel] > 0.0), "{deg}");
+            for (way, beam) in paths.ways.iter().zip(table.beams()) {
+                let (Some(beam), Some(last)) =
+                    (beam, paths.steps.get(way.first..way.last).and_then(<[Step]>::last))
+                else {
+                    continue;
+                };
+                // It may end at the ground's clearance, and not beyond.
+                let (x_m, z_m) = (last.exit_m * beam.cos, frame.height_m + last.exit_m * beam.sin);
+                assert!(frame.above_ground_m(x_m, z_m) > frame.ground_clearance_m - 1e-9, "{deg}: {beam:?}");
+            }
+        }
+    }
 
     #[test]
     fn every_column_has_its_mirror_image_wherever_the_scanner_stands() {

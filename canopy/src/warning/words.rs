@@ -187,9 +187,21 @@ impl fmt::Display for Warning {
                 f,
                 "the encoder stood still in all {lines} scans, so the rig's speed was taken; if the tractor stood, take --advance encoder"
             ),
+            Self::Stood { scans } => write!(
+                f,
+                "the tractor stood in all {scans} scans, so nothing was driven past and areas are unknown; if it drove, mend what its way is taken from, or take \
+                 another source with --advance"
+            ),
+            Self::UnknownBeams { share, limit } => write!(
+                f,
+                "{:.1} % of the beams that look at the row are unknown (no number, neither a hit nor a miss), the rig's max_excluded allows {:.1} %: areas are \
+                 withheld",
+                share * 100.0,
+                limit * 100.0
+            ),
             Self::EncoderStuck { scans, of } => write!(
                 f,
-                "the encoder stood in {scans} of {of} scans that changed as they do while it counts: it sticks, or its cable has a bad contact, and the way is too \
+                "by the encoder {scans} of {of} scans were taken where the scans before them were, and they differ as places far apart do: it sticks or misses most of its ticks there (a bad contact), and the way is too \
                  short by that; mend it, or take --advance gnss, can or constant (in strong wind a tractor that stands can look so too)"
             ),
             Self::EncoderSpeed { encoder_m_s, rig_m_s } => {
@@ -207,7 +219,7 @@ impl fmt::Display for Warning {
             }
             Self::EncoderJumped { times } => write!(
                 f,
-                "the encoder's count jumped {times} times as no tractor drives (over 20 m/s), and the scanner went on: it was set anew, has fewer bits, or was \
+                "the encoder's count jumped {times} times as no tractor drives (over 10 m/s), and the scanner went on: it was set anew, has fewer bits, or was \
                  read wrongly; the way of those turns is by the speed before"
             ),
             Self::SidesShifted { shift_m } => write!(
@@ -251,6 +263,12 @@ impl fmt::Display for Warning {
                 f,
                 "no beam met the ground where the rig puts it, and {:.0} % of the returns that count as canopy lie level {z_m:.1} m above it, as ground does: leaf areas are too large; compare the mount's `height_m`, `roof` and angles with the machine",
                 100.0 * share
+            ),
+            Self::GroundSlope { found_deg, told_deg, withheld } => write!(
+                f,
+                "the ground has a slope of {found_deg:.1}° (positive: it rises to the tractor's right), the rig says {told_deg:.1}°: on one side of the row it counts as leaves, on the other \
+                 leaves may count as it{}; set the rig's `ground_slope_deg` (an alley driven back has the other sign), or where the ground is so, the mount's `roll_deg`",
+                if *withheld { ", and leaf areas are withheld" } else { "" }
             ),
             Self::BeforeRow { before_m } => write!(
                 f,

@@ -33,6 +33,19 @@ impl Rig {
         self.row_spacing_m.map(|spacing_m| mount.side() * (spacing_m / 2.0 - mount.distance_m))
     }
 
+    /// X of the axis of the row that a mount looks at, metres, where the tractor drives ahead in alley `alley`: row `alley` is on its right, the one before
+    /// on its left. Left out, that is 0, or 1 where a scanner of the rig looks left, as a scene's drive has it. Rows of a rig that does not say how far
+    /// apart they are stand at X = 0.
+    pub fn row_axis_m(&self, mount: &Mount, alley: Option<i32>) -> f64 {
+        let looks_left = self.scanners.iter().any(|mount| mount.row == super::RowSide::Left);
+        let alley = f64::from(alley.unwrap_or(i32::from(looks_left)));
+        let spacing_m = self.row_spacing_m.unwrap_or(0.0);
+        match mount.row {
+            super::RowSide::Right => alley * spacing_m,
+            super::RowSide::Left => (alley - 1.0) * spacing_m,
+        }
+    }
+
     /// How far `other` is from `one`.
     pub fn apart(&self, one: &Mount, other: &Mount) -> Apart {
         let right_m = if one.row == other.row {

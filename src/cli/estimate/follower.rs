@@ -8,13 +8,17 @@ use rowscan_driver::{Arrival, DriverConfig, Scanner, Source};
 use rowscan_ports::clock;
 use rowscan_protocol::model::AnyModel;
 use tokio::sync::watch;
+use tokio::task::JoinSet;
 
 use super::super::Failure;
+use super::super::interrupt::Interrupt;
 use super::super::link_events::LinkTeller;
 use super::super::link_options::STOP_TIMEOUT;
 use super::super::output::say;
+use super::super::recorder::ModelTeller;
 use super::super::sensor::Sensor;
 use super::super::web::Feed;
+use super::ONE_STREAM;
 use super::map::Way;
 
 /// How often it is asked whether that is enough while nothing arrives.
@@ -29,6 +33,8 @@ pub(super) struct Follower {
     pub(super) name: Option<String>,
     /// The model that it is taken for, if any.
     pub(super) taken_for: Option<AnyModel>,
+    /// Tells the recording that is made what it is.
+    pub(super) models: ModelTeller,
     /// What is to be told of its recording beside the rig.
     pub(super) notes: Vec<Warning>,
     pub(super) config: DriverConfig,
@@ -74,6 +80,8 @@ impl Follower {
                 Ok(scanner) => scanner,
                 Err(cause) => return self.ended(None, Err(cause.into())),
             };
+            let stream = self.name.as_deref().unwrap_or(ONE_STREAM);
+            self.models.tell(stream, &scanner.models(), self.taken_for);
             let telling = LinkTeller::start(&scanner, self.name.clone(), self.taken_for);
             let taken = tokio::select! {
                 taken = self.take(&mut scanner) => taken,
@@ -183,4 +191,36 @@ impl Follower {
             }
         }
     }
+}
+
+/// Waits for all scanners, in the order of their sources, and by which signal the user ended them, if so. One that fails ends the others, which would go on half blind; so does the user.
+pub(super) async fn follow_all(
+    mut following: JoinSet<Followed>,
+    stop: watch::Sender<bool>,
+    interrupt: &mut Interrupt,
+) -> Result<(Vec<Followed>, Option<u8>), Failure> {
+    let (mut all, mut interrupted): (Vec<Followed>, Option<u8>) = (Vec::new(), None);
+    loop {
+        tokio::select! {
+            followed = following.join_next() => match followed {
+                Some(Ok(followed)) => {
+                    if followed.ended.is_err() {
+                        stop.send_replace(true);
+                    }
+                    all.push(followed);
+                }
+                Some(Err(cause)) => {
+                    let cause = std::io::Error::other(cause);
+                    return Err(Failure::System { what: "follow a scanner", cause });
+                }
+                None => break,
+            },
+            signal = interrupt.signal(), if interrupted.is_none() => {
+                interrupted = Some(signal);
+                stop.send_replace(true);
+            }
+        }
+    }
+    all.sort_by_key(|followed| followed.place);
+    Ok((all, interrupted))
 }

@@ -6,6 +6,7 @@ mod other_side;
 mod print;
 mod rig;
 mod scanner_report;
+mod truth;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -19,7 +20,7 @@ use rowscan_ports::task;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_recording::Taps;
-use rowscan_scenes::{Orchard, Scene};
+use rowscan_scenes::Orchard;
 use rowscan_study::reading::{CalibrationChoice, Reading};
 use rowscan_study::side_by_side::beside_truth;
 use rowscan_study::sides::SidesError;
@@ -36,13 +37,14 @@ use super::sensor::{Sensor, SensorArgs};
 use super::web::{Feeds, Talk, Tape, WebArgs};
 use super::{Failure, Format, Outcome, models, progress, scene, service};
 use crate::export::map::LeafMap;
-use follower::{Followed, Follower};
+use follower::{Followed, Follower, follow_all};
 use map::{MapArgs, Maps, Way};
 use other_side::OtherSideArgs;
 use print::By;
 pub(super) use print::warnings;
 use rig::{Loaded, Recorded};
 use scanner_report::ScannerReport;
+use truth::true_scene;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -108,6 +110,9 @@ pub(super) struct Args {
     #[arg(skip)]
     paced: bool,
 }
+
+/// What the only scanner's stream is called in a recording.
+const ONE_STREAM: &str = "scanner";
 
 /// Where `watch` opens its page, unless told otherwise.
 const PAGE: &str = "127.0.0.1:8080";
@@ -177,19 +182,12 @@ impl Args {
         }
     }
 
-    /// How each source is read.
-    fn readings(
-        &self,
-        rig: Option<&Rig>,
-        scanners: &[usize],
-        recorded: &[Recorded],
-    ) -> Result<Vec<Reading>, Failure> {
+    /// How each source is read, each by a rig of its own.
+    fn readings(&self, rigs: &[Rig], scanners: &[usize]) -> Result<Vec<Reading>, Failure> {
         let asked = self.estimators.asked()?;
         let cuts: Vec<CutMethod> = self.trees.iter().copied().map(CutMethod::from).collect();
         let read = |(place, (source, scanner)): (usize, (&Source, &usize))| {
-            let decided =
-                rig.map(|rig| recorded.get(place).map_or_else(|| rig.clone(), |told| told.decides(rig)));
-            let rig = decided.as_ref();
+            let rig = rigs.get(place);
             let calibration =
                 self.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
             let encoder = self.sensor.wants_encoder();
@@ -232,14 +230,13 @@ impl Args {
     fn about(&self, rig: Option<&Rig>) -> rowscan_recording::About {
         let sources: Vec<String> = self.sources.iter().map(Source::to_string).collect();
         rowscan_recording::About {
-            model: self.model.clone(),
             rig: rig.and_then(recorder::rig_text),
             source: Some(sources.join(", ")),
             ..rowscan_recording::About::default()
         }
     }
 
-    /// Who follows the source at this place.
+    /// Who follows the source at this place, which is measured by this rig.
     fn follower(
         &self,
         place: usize,
@@ -254,7 +251,7 @@ impl Args {
         let (Reading { cola, lms2xx, pipeline }, notes) = reading;
         let prefer = self.prefer.into();
         let mut config = DriverConfig { cola, lms2xx, wait: self.wait, prefer, ..DriverConfig::default() };
-        let stream = name.as_deref().unwrap_or("scanner");
+        let stream = name.as_deref().unwrap_or(ONE_STREAM);
         let (bar, page) = beside;
         // Of a file, only the page has a use for what it is.
         let kind = page.feeds.as_ref().and_then(|_| rig::recorded_kind(source));
@@ -263,6 +260,7 @@ impl Args {
         Some(Follower {
             place,
             source: source.clone(),
+            models: taping.models(scanners.len()),
             name,
             notes,
             taken_for: rig.and_then(|rig| AnyModel::by_name(&rig.scanners.get(*scanner)?.model)),
@@ -283,20 +281,23 @@ impl Args {
         })
     }
 
-    /// The map of what was estimated.
+    /// The map of what was estimated, each by its rig.
     fn mapped(
         &self,
         maps: &Maps,
         all: &[Followed],
         scanners: &[usize],
-        rig: &Rig,
+        rigs: &[Rig],
     ) -> Result<LeafMap, Failure> {
         let mut map = LeafMap::default();
         for followed in all {
             let place = followed.place;
-            if let (Some(estimate), Some(way), Some(source), Some(scanner)) =
-                (&followed.estimate, &followed.way, self.sources.get(place), scanners.get(place))
-            {
+            if let (Some(estimate), Some(way), Some(source), (Some(scanner), Some(rig))) = (
+                &followed.estimate,
+                &followed.way,
+                self.sources.get(place),
+                (scanners.get(place), rigs.get(place)),
+            ) {
                 let row = maps.row(source, (rig, *scanner), way)?;
                 map.add(place, estimate, &row, rig.row_spacing_m);
             }
@@ -381,9 +382,11 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         }
         None => (None, None, Vec::new()),
     };
+    let rigs: Vec<Rig> =
+        rig.iter().flat_map(|rig| recorded.iter().map(|told: &Recorded| told.decides(rig))).collect();
     let maps = args.map.check(&args.sources, scene.as_ref())?;
     args.other.check(args.sources.len())?;
-    let mut readings = args.readings(rig.as_ref(), &scanners, &recorded)?;
+    let mut readings = args.readings(&rigs, &scanners)?;
     if let (Some(reading), Some(scanner), true) =
         (readings.first_mut(), scanners.first(), args.other.is_given())
     {
@@ -398,16 +401,12 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             }
         }
     }
-    let orchard = match scene.filter(|_| args.estimators.are_asked()) {
-        Some(scene) => {
-            let recorded = || rig::recorded_seed(&args.sources, args.rig.as_deref());
-            let seed = args.seed.or_else(recorded).unwrap_or(scene.seed);
-            let scene = Scene { seed, ..scene };
-            match interrupt.or(scene::grow(scene)).await.transpose()? {
-                Some(stage) => Some(stage.orchard),
-                None => return Ok(Outcome::Done),
-            }
-        }
+    let scene = scene.filter(|_| args.estimators.are_asked());
+    let orchard = match scene.and_then(|scene| true_scene(scene, args.seed, &args.sources, &mut recorded)) {
+        Some(scene) => match interrupt.or(scene::grow(scene)).await.transpose()? {
+            Some(stage) => Some(stage.orchard),
+            None => return Ok(Outcome::Done),
+        },
         None => None,
     };
     let sensors = args.sensor.open(args.format, &args.sources, args.delivery()).await?;
@@ -421,9 +420,14 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         let sensor = sensors.of(place);
         let notes =
             recorded.get_mut(place).map(|told| std::mem::take(&mut told.warnings)).unwrap_or_default();
-        if let Some(follower) =
-            args.follower(place, (&scanners, rig.as_ref()), (reading, notes), &taping, sensor, (&bar, &page))
-        {
+        if let Some(follower) = args.follower(
+            place,
+            (&scanners, rigs.get(place)),
+            (reading, notes),
+            &taping,
+            sensor,
+            (&bar, &page),
+        ) {
             following.spawn(task(follower.follow(stopped.clone())));
         }
     }
@@ -445,12 +449,15 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     }
     sensors.part(STOP_TIMEOUT).await;
     let failed = all.iter_mut().find_map(|followed| std::mem::replace(&mut followed.ended, Ok(())).err());
-    let truth = orchard.as_ref().zip(rig.as_ref());
-    let mapped = rig.as_ref().filter(|_| !maps.are_none());
-    let map = mapped.map(|rig| args.mapped(&maps, &all, &scanners, rig));
+    let truth = |place: usize| {
+        let is_here = recorded.get(place).is_some_and(|recorded| recorded.other_scene.is_none());
+        orchard.as_ref().zip(rigs.get(place)).filter(|_| is_here)
+    };
+    let is_asked = rig.is_some() && !maps.are_none();
+    let map = is_asked.then(|| args.mapped(&maps, &all, &scanners, &rigs));
     let mut is_mapped = true;
     let told: Vec<ScannerReport> =
-        all.iter_mut().filter_map(|followed| args.told(followed, &scanners, truth)).collect();
+        all.iter_mut().filter_map(|followed| args.told(followed, &scanners, truth(followed.place))).collect();
     // Without a rig nobody asked for areas.
     let nothing =
         |told: &ScannerReport| told.estimate.scans == 0 || rig.is_some() && told.estimate.is_withheld();
@@ -486,36 +493,4 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         (outcome, _) => outcome,
     };
     failed.map_or(Ok(outcome), Err)
-}
-
-/// Waits for all scanners, in the order of their sources, and by which signal the user ended them, if so. One that fails ends the others, which would go on half blind; so does the user.
-async fn follow_all(
-    mut following: JoinSet<Followed>,
-    stop: watch::Sender<bool>,
-    interrupt: &mut Interrupt,
-) -> Result<(Vec<Followed>, Option<u8>), Failure> {
-    let (mut all, mut interrupted): (Vec<Followed>, Option<u8>) = (Vec::new(), None);
-    loop {
-        tokio::select! {
-            followed = following.join_next() => match followed {
-                Some(Ok(followed)) => {
-                    if followed.ended.is_err() {
-                        stop.send_replace(true);
-                    }
-                    all.push(followed);
-                }
-                Some(Err(cause)) => {
-                    let cause = std::io::Error::other(cause);
-                    return Err(Failure::System { what: "follow a scanner", cause });
-                }
-                None => break,
-            },
-            signal = interrupt.signal(), if interrupted.is_none() => {
-                interrupted = Some(signal);
-                stop.send_replace(true);
-            }
-        }
-    }
-    all.sort_by_key(|followed| followed.place);
-    Ok((all, interrupted))
 }

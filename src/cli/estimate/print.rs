@@ -1,6 +1,6 @@
 //! Estimates as they are written: a document, rows, tables for people.
 
-use rowscan_canopy::{Estimate, MountReport, TreesFound, Warning};
+use rowscan_canopy::{Estimate, MountReport, TreeEstimate, TreesFound, Warning};
 use serde::Serialize;
 
 use super::super::estimators;
@@ -74,7 +74,14 @@ pub(super) fn print(format: Format, by: By, all: &[ScannerReport]) -> Result<(),
                 ));
             }
             let whole = |estimate: &Estimate| Some(Whole::of(estimate));
-            output::print_rows(format, &rows(all, |told| &told.estimate.trees, whole))
+            let lines = rows(all, |told| &told.estimate.trees, whole);
+            if !lines.is_empty() {
+                return output::print_rows(format, &lines);
+            }
+            // The columns are the same whatever is known.
+            let scanner = all.first().and_then(|told| told.scanner);
+            let whole = Some(Whole::of(&Estimate::default()));
+            output::print_header(&Row { scanner, row: &TreeEstimate::default(), whole })
         }
         (Format::Table, all) => all.iter().try_for_each(print_table),
     }

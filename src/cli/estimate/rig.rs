@@ -2,6 +2,7 @@
 
 use rowscan_canopy::Warning;
 use rowscan_driver::Source;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Rig};
 use rowscan_recording::{About, Recording, StreamKind};
 use rowscan_scenes::Scene;
@@ -11,6 +12,7 @@ use rowscan_study::reading::fitted_rig;
 use super::super::output::say;
 use super::super::recorder::rig_text;
 use super::super::{Failure, models};
+use super::truth::other_scene;
 
 /// The rig of an estimate.
 pub(super) struct Loaded {
@@ -21,12 +23,18 @@ pub(super) struct Loaded {
     pub(super) recorded: Vec<Recorded>,
 }
 
-/// What a source's recording says otherwise than the rig.
+/// What a source's recording says otherwise than the rig: it holds for this source and no other one, whichever of the rig's scanners they are.
 #[derive(Debug, Default)]
 pub(super) struct Recorded {
-    /// The width of the beams, where the recording knows it: it holds for this source.
-    pub(super) optics: Option<BeamWidth>,
+    /// The rig's scanner that the source is.
+    scanner: usize,
+    /// The model that it is read as, where the recording tells and the user does not.
+    model: Option<AnyModel>,
+    /// The width of the beams, where the recording knows it.
+    optics: Option<BeamWidth>,
     pub(super) warnings: Vec<Warning>,
+    /// Why the truth of the rig's scene is not its truth.
+    pub(super) other_scene: Option<String>,
 }
 
 /// The rig called `name`. Its scanners, one a source, are of `model`, or else of the model that the source's recording names, and send this echo.
@@ -36,67 +44,74 @@ pub(super) fn load(
     (sources, scanners): (&[Source], &[usize]),
     echo: Option<EchoChoice>,
 ) -> Result<Loaded, Failure> {
-    let (mut rig, scene) = files::load_rig(name, say)?;
+    let (rig, scene) = files::load_rig(name, say)?;
     let asked = model.map(models::find).transpose()?;
-    let recordings: Vec<Option<Recording>> = sources.iter().map(Source::peek).collect();
-    for ((source, recording), scanner) in sources.iter().zip(&recordings).zip(scanners) {
-        let recorded = recording.as_ref().and_then(|recording| source.model_in(recording));
-        if let (None, Some(recorded), Some(mount)) = (asked, recorded, rig.scanners.get(*scanner))
-            && mount.model != recorded.name()
-        {
-            let (told, of_rig) = (recorded.name(), &mount.model);
-            say(format_args!(
-                "{source} names the model {told}, and is read as one; the rig has {of_rig} there; --model decides"
-            ));
-        }
-        rig = fitted_rig(rig, &[*scanner], asked.or(recorded), echo);
-    }
-    let about = |recording: &Option<Recording>| {
-        recording.as_ref().map_or_else(Recorded::default, |recording| Recorded::of(recording.about(), &rig))
+    let rig = fitted_rig(rig, scanners, asked, echo);
+    let of_scene = scene.as_ref().map(|_| name);
+    let recorded = |(source, scanner): (&Source, &usize)| {
+        let Some(recording) = source.peek() else { return Recorded::default() };
+        let model = asked.is_none().then(|| recorded_model(source, &recording, (&rig, *scanner))).flatten();
+        Recorded { scanner: *scanner, model, ..Recorded::of(recording.about(), &rig, of_scene) }
     };
-    let recorded: Vec<Recorded> = recordings.iter().map(about).collect();
+    let recorded: Vec<Recorded> = sources.iter().zip(scanners).map(recorded).collect();
     tell(sources, &recorded);
     Ok(Loaded { rig, scene, recorded })
 }
 
+/// The model that a recording is read as by this scanner of the rig; said where the rig has another one there.
+fn recorded_model(source: &Source, recording: &Recording, (rig, scanner): (&Rig, usize)) -> Option<AnyModel> {
+    let mount = rig.scanners.get(scanner)?;
+    let model = source.model_in(recording, AnyModel::by_name(&mount.model))?;
+    if mount.model != model.name() {
+        let names: Vec<&str> = source.models_in(recording).into_iter().map(AnyModel::name).collect();
+        let (told, read) = (names.join(" or "), if names.len() > 1 { model.name() } else { "one" });
+        say(format_args!(
+            "{source} names the model {told}, and is read as {read}; the rig has {} there; --model decides",
+            mount.model
+        ));
+    }
+    Some(model)
+}
+
 /// Keys of a rig that are told where a recording was made with another.
-const MOST_TOLD: usize = 5;
+const MOST_TOLD: usize = 12;
+
+/// Those that an area goes by most, which are told first.
+const TOLD_FIRST: [&str; 5] = ["distance_m", "height_m", "speed_m_s", "roof", "row"];
 
 /// What a recording tells of its scanner itself, or has a warning of its own.
 const TOLD_ELSEWHERE: [&str; 3] = ["model", "echo", "optics"];
 
 impl Recorded {
-    /// Of a recording that says this, measured by `rig`.
-    fn of(about: &About, rig: &Rig) -> Self {
-        let (Some(recorded), Some(here)) = (about.rig.as_deref(), rig_text(rig)) else {
-            return Self::default();
+    /// Of a recording that says this, measured by `rig`, which the scene of this name has.
+    fn of(about: &About, rig: &Rig, of_scene: Option<&str>) -> Self {
+        let here = rig_text(rig);
+        let mut others = match (about.rig.as_deref(), &here) {
+            (Some(recorded), Some(here)) => differences(recorded, here),
+            _ => Vec::new(),
         };
-        let mut others = differences(recorded, &here);
+        let other_scene = of_scene.and_then(|name| other_scene(about, name, &others));
         let more = others.len().saturating_sub(MOST_TOLD);
         others.truncate(MOST_TOLD);
         others.extend((more > 0).then(|| format!("{more} more")));
         let other_rig = (!others.is_empty()).then_some(Warning::OtherRig { differences: others });
         // A rig that cannot be read says nothing of optics; old ones are read as they are elsewhere.
-        let optics = files::rig_from_text(recorded, |_| ()).ok().and_then(|rig| rig.optics);
+        let recorded = about.rig.as_deref().and_then(|text| files::rig_from_text(text, |_| ()).ok());
+        let optics = recorded.and_then(|rig| rig.optics);
         // Only an emulator has a seed, and it knows what its beams are.
         let is_known = about.seed.is_some();
         let other_optics = optics.zip(rig.optics).filter(|(recorded, given)| recorded != given);
-        Self {
-            optics: other_optics.map(|(recorded, _)| recorded).filter(|_| is_known),
-            warnings: other_rig
-                .into_iter()
-                .chain(other_optics.map(|(recorded, given)| Warning::OtherOptics {
-                    recorded,
-                    given,
-                    is_known,
-                }))
-                .collect(),
-        }
+        let optics = other_optics.map(|(recorded, _)| recorded).filter(|_| is_known);
+        let other_optics =
+            other_optics.map(|(recorded, given)| Warning::OtherOptics { recorded, given, is_known });
+        let warnings = other_rig.into_iter().chain(other_optics).collect();
+        Self { optics, warnings, other_scene, ..Self::default() }
     }
 
     /// The rig that this source is measured by.
     pub(super) fn decides(&self, rig: &Rig) -> Rig {
-        Rig { optics: self.optics.or(rig.optics), ..rig.clone() }
+        let rig = Rig { optics: self.optics.or(rig.optics), ..rig.clone() };
+        fitted_rig(rig, &[self.scanner], self.model, None)
     }
 }
 
@@ -113,7 +128,8 @@ fn tell(sources: &[Source], recorded: &[Recorded]) {
     }
 }
 
-/// The keys that two rigs' texts have both, with other values: what was recorded, and what is here. Keys with a warning of their own are left out.
+/// The keys that two rigs' texts have both, with other values: what was recorded, and what is here; those that cost most first. Keys with a warning of
+/// their own are left out.
 fn differences(recorded: &str, here: &str) -> Vec<String> {
     let here = keys(here);
     let other = |(key, value): (String, String)| {
@@ -121,7 +137,12 @@ fn differences(recorded: &str, here: &str) -> Vec<String> {
         let name = key.split_once(' ').map_or(key.as_str(), |(_, name)| name);
         (*other != value && !TOLD_ELSEWHERE.contains(&name)).then(|| format!("{name} {value} (here {other})"))
     };
-    keys(recorded).into_iter().filter_map(other).collect()
+    let mut others: Vec<String> = keys(recorded).into_iter().filter_map(other).collect();
+    others.sort_by_key(|told| {
+        let name = told.split(' ').next().unwrap_or_default();
+        TOLD_FIRST.iter().position(|first| *first == name).unwrap_or(TOLD_FIRST.len())
+    });
+    others
 }
 
 /// A rig's text as its keys, each behind the number of its table, with their values.
@@ -143,15 +164,10 @@ pub(super) fn recorded_kind(source: &Source) -> Option<StreamKind> {
     source.peek()?.streams().iter().map(|stream| stream.kind).find(|kind| kind.is_scanner())
 }
 
-/// The seed that the first recording among `sources` was made with, as far as it is of the scene called `name`.
-pub(super) fn recorded_seed(sources: &[Source], name: Option<&str>) -> Option<u64> {
-    let recording = sources.iter().find_map(Source::peek)?;
-    let About { scene, seed, .. } = recording.about();
-    seed.filter(|_| scene.is_none() || scene.as_deref() == name)
-}
-
 #[cfg(test)]
 mod tests {
+    use rowscan_protocol::rig::{Mount, Roof, RowSide};
+
     use super::*;
 
     #[test]
@@ -161,6 +177,45 @@ mod tests {
         let here = recorded.replace("1.9", "2.5").replace("speed_m_s = 1.0\n", "");
         let here = here.replace("lms111", "lms511");
         assert_eq!(differences(recorded, &here), ["distance_m 1.9 (here 2.5)"], "models are told elsewhere");
+    }
+
+    /// Whatever else is another: what costs most is never among those that are only counted.
+    #[test]
+    fn the_keys_that_cost_most_are_told_first() {
+        let rig = |value: f64| {
+            let mount = Mount {
+                height_m: value,
+                distance_m: value,
+                roof: Some(if value > 1.0 { Roof::Forward } else { Roof::Backward }),
+                row: if value > 1.0 { RowSide::Left } else { RowSide::Right },
+                offset_y_m: value,
+                yaw_deg: value,
+                pitch_deg: value,
+                roll_deg: value,
+                ..Mount::default()
+            };
+            Rig {
+                speed_m_s: value,
+                start_m: value,
+                tree_spacing_m: Some(value),
+                row_spacing_m: Some(value),
+                trees: Some(value as u32),
+                ground_clearance_m: value / 4.0,
+                encoder_ticks_per_m: Some(value),
+                leaf_area_cm2: Some(value),
+                scanners: vec![mount],
+                ..Rig::default()
+            }
+        };
+        let about = About { rig: rig_text(&rig(1.0)), ..About::default() };
+        let recorded = Recorded::of(&about, &rig(2.0), None);
+        let [Warning::OtherRig { differences }] = recorded.warnings.as_slice() else {
+            panic!("{recorded:?}")
+        };
+        let names: Vec<&str> = differences.iter().filter_map(|told| told.split(' ').next()).collect();
+        assert_eq!(names.get(..TOLD_FIRST.len()), Some(&TOLD_FIRST[..]), "{differences:?}");
+        assert_eq!(differences.len(), MOST_TOLD + 1, "{differences:?}");
+        assert!(differences.last().is_some_and(|last| last.ends_with(" more")), "{differences:?}");
     }
 
     #[test]
@@ -173,7 +228,7 @@ mod tests {
             .flat_map(|(made, given)| [None, Some(7)].map(|seed| (made, given, seed)))
         {
             let about = About { rig: rig_text(&rig(made)), seed, ..About::default() };
-            let recorded = Recorded::of(&about, &rig(given));
+            let recorded = Recorded::of(&about, &rig(given), None);
             let differ = made.is_some() && given.is_some() && made != given;
             let case = format!("made {made:?}, given {given:?}, seed {seed:?}: {recorded:?}");
             assert_eq!(recorded.warnings.len(), usize::from(differ), "{case}");

@@ -1,0 +1,209 @@
+//! Each source of `estimate` is read by what its own recording says: its model, and whether its scene is the one that the truth is of.
+
+use serde_json::Value;
+
+use crate::common::binary::{Emulator, Ended, Telling, assert_says, run};
+use crate::common::recorded::folder;
+
+fn json(ended: &Ended) -> Value {
+    serde_json::from_str(&ended.stdout).unwrap_or_else(|_| panic!("{}", ended.stderr))
+}
+
+/// An estimate as JSON, whatever it withholds, and what was said beside it.
+fn estimated(args: &[&str]) -> (Value, String) {
+    let ended = run(&[&["estimate", "--format", "json"], args].concat());
+    (json(&ended), ended.stderr)
+}
+
+/// An emulated scanner of this model in front of the scene, and its source.
+fn emulated(scene: &str, model: &str, scale: &str) -> (Telling, String) {
+    let has_rest = ["picoscan", "multiscan"].iter().any(|family| model.starts_with(family));
+    let rest = if has_rest { &["--rest", "127.0.0.1:0"][..] } else { &[] };
+    let args = [&[scene, "--model", model, "--tcp", "127.0.0.1:0", "--time-scale", scale], rest].concat();
+    let mut emulator = Telling::start("emulate", &args);
+    let tcp = emulator.address();
+    let source =
+        if has_rest { format!("picoscan://{}?udp=0", emulator.address()) } else { format!("tcp://{tcp}") };
+    (emulator, source)
+}
+
+/// An estimate without what tells of its place among others.
+fn alone(mut told: Value) -> Value {
+    if let Some(told) = told.as_object_mut() {
+        told.retain(|key, _| !["scanner", "source"].contains(&key.as_str()));
+        if let Some(Value::Array(warnings)) = told.get_mut("warnings") {
+            warnings
+                .retain(|warning| !warning.as_str().is_some_and(|told| told.starts_with("streams_left_out")));
+        }
+    }
+    told
+}
+
+/// Three scanners in one file, all of them the rig's scanner 0: what one of them is changes nothing for the others.
+#[test]
+fn every_stream_is_read_by_its_own_model_whatever_is_read_beside_it() {
+    let (_folder, file) = folder();
+    let (rig, recorded) = (file("device.toml"), file("three.mcap"));
+    // Through a device's beams an area goes by the model.
+    let scene = std::fs::read_to_string(file("row.toml")).expect("written");
+    std::fs::write(&rig, scene + "[optics]\nstages = \"device\"\n").expect("written");
+    let streams = [("aa", "tim561"), ("mm", "lms111"), ("zz", "picoscan150")];
+    let scanners = streams.map(|(name, model)| (name, emulated(&rig, model, "1")));
+    let sources: Vec<String> =
+        scanners.iter().map(|(name, (_, source))| format!("{name}={source}")).collect();
+    let sources: Vec<&str> = sources.iter().map(String::as_str).collect();
+    let ended = run(&[&["record", "-o", &recorded, "--scans", "30"], &sources[..]].concat());
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let named = streams.map(|(name, model)| (format!("{recorded}#{name}"), model));
+    let apart = named.clone().map(|(source, model)| {
+        let (told, _) = estimated(&[&source, "--rig", &rig]);
+        assert_eq!(told, estimated(&[&source, "--rig", &rig, "--model", model]).0, "{source} is a {model}");
+        told
+    });
+    // Where none is named, the first by name is read.
+    let (first, _) = estimated(&[&recorded, "--rig", &rig]);
+    assert_eq!(alone(first), alone(apart[0].clone()));
+    // In every order.
+    for order in [[0, 1, 2], [2, 1, 0], [1, 2, 0]] {
+        let sources = order.map(|place| named[place].0.as_str());
+        let zero = ["--scanner", "0", "--scanner", "0", "--scanner", "0", "--rig", &rig];
+        let (together, _) = estimated(&[&sources[..], &zero].concat());
+        let all = together["scanners"].as_array().unwrap_or_else(|| panic!("{together}"));
+        for (told, place) in all.iter().zip(order) {
+            assert_eq!(alone(told.clone()), alone(apart[place].clone()), "{order:?}: {}", named[place].0);
+        }
+    }
+    // The wrong twin: one model for all.
+    let wrong = [0, 2].map(|place| estimated(&[&named[place].0, "--rig", &rig, "--model", "lms111"]).0);
+    assert!(wrong[0] != apart[0] && wrong[1] != apart[2], "{wrong:?}");
+    let key = "leaf_area_contact_raw_m2";
+    assert!(apart[0][key].is_number() && wrong[0][key] != apart[0][key], "the model is of no effect");
+}
+
+/// What a live estimate went by is in its recording: read again by a rig of another model it is the same one.
+#[test]
+fn a_recorded_estimate_keeps_the_model_that_it_was_made_by() {
+    let (_folder, file) = folder();
+    let other = file("row.toml");
+    let scene = std::fs::read_to_string(&other).expect("written");
+    for model in ["lms111", "lms511", "lms500", "lms1000", "tim561", "mrs1000", "picoscan150", "picoscan120"]
+    {
+        let (own, recorded, exported) =
+            (file("own.toml"), file(&format!("{model}.mcap")), file(&format!("{model}.csv")));
+        std::fs::write(&own, format!("{scene}[[rig.scanner]]\nmodel = \"{model}\"\n")).expect("written");
+        let (_emulator, source) = emulated(&own, model, "1");
+        let (live, _) = estimated(&[&source, "--rig", &own, "--scans", "15", "--record", &recorded]);
+        // The wrong twin is the rig of the other model: an LMS111's, or of an LMS111 a TiM571's.
+        let other = if model == "lms111" {
+            let other = file("tim571.toml");
+            std::fs::write(&other, format!("{scene}[[rig.scanner]]\nmodel = \"tim571\"\n")).expect("written");
+            other
+        } else {
+            other.clone()
+        };
+        let (again, said) = estimated(&[&recorded, "--rig", &other, "--scans", "15"]);
+        assert_says(&said, &[&format!("names the model {model}, and is read as one")]);
+        for key in ["impacted_total_area_m2", "leaf_area_m2", "calibration", "points_per_scan"] {
+            assert_eq!(again[key], live[key], "{model}: {key}\n{again}");
+        }
+        let ended = run(&["export", &recorded, "--to", "csv", "--what", "scans", "-o", &exported]);
+        if model == "mrs1000" {
+            assert_says(&ended.stderr, &["one table takes one layer"]);
+            continue;
+        }
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        let head = std::fs::read_to_string(&exported).expect("written");
+        assert_says(head.lines().next().unwrap_or_default(), &[&format!("model {model}")]);
+    }
+}
+
+/// A family's name is kept as what it can be: the rig's model where it is one of these, else the first of them.
+#[test]
+fn a_recorded_family_is_read_as_one_of_it() {
+    let (_folder, file) = folder();
+    let (rig, recorded) = (file("row.toml"), file("lms5xx.mcap"));
+    let (_emulator, source) = emulated(&rig, "lms511", "max");
+    let ended = run(&["record", &source, "-o", &recorded, "--scans", "30"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let info = json(&run(&["record", "--info", &recorded, "--format", "json"]));
+    let candidates = info["candidates"].as_object().unwrap_or_else(|| panic!("{info}"));
+    let candidates: Vec<&Value> = candidates.values().collect();
+    assert_eq!((&info["model"], candidates), (&Value::Null, vec![&Value::from("lms511, lms500")]));
+    let (told, said) = estimated(&[&recorded, "--rig", &rig]);
+    assert_says(
+        &said,
+        &["names the model lms511 or lms500, and is read as lms511; the rig has lms111 there"],
+    );
+    assert_eq!(told, estimated(&[&recorded, "--rig", &rig, "--model", "lms511"]).0);
+    let own = file("own.toml");
+    let scene = std::fs::read_to_string(&rig).expect("written");
+    std::fs::write(&own, scene + "[[rig.scanner]]\nmodel = \"lms500\"\n").expect("written");
+    let (told, said) = estimated(&[&recorded, "--rig", &own]);
+    assert!(!said.contains("names the model"), "{said}");
+    assert_eq!(told, estimated(&[&recorded, "--rig", &rig, "--model", "lms500"]).0);
+    // The wrong twin: none of them.
+    let (wrong, _) = estimated(&[&recorded, "--rig", &rig, "--model", "lms111"]);
+    assert!(wrong["warnings"].to_string().contains("other_model"), "{wrong}");
+}
+
+/// The truths beside the estimators.
+fn truths(told: &Value) -> Vec<&Value> {
+    let rows = told["side_by_side"].as_array().unwrap_or_else(|| panic!("{told}"));
+    rows.iter().map(|row| &row["truth"]).filter(|truth| !truth.is_null()).collect()
+}
+
+/// Truth is of trees that stood before the scanner: of another scene than the recorded one it is unknown.
+#[test]
+fn no_truth_is_told_of_a_scene_that_the_recording_was_not_made_in() {
+    let (folder, file) = folder();
+    let (here, recorded) = (file("row.toml"), file("run.mcap"));
+    let emulator = Emulator::start(&[&here, "--time-scale", "max", "--record", &recorded]);
+    let ended = run(&["estimate", &emulator.url(), "--rig", &here, "--scans", "60"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    emulator.end();
+    let scene = std::fs::read_to_string(&here).expect("written");
+    let elsewhere = |name: &str, scene: &str| {
+        let path = folder.path().join("elsewhere").join(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+        std::fs::write(&path, scene).expect("written");
+        path.to_str().expect("UTF-8").to_owned()
+    };
+    let asked = |rig: &str, more: &[&str]| {
+        estimated(&[&[recorded.as_str(), "--rig", rig, "--estimators", "voxel"], more].concat())
+    };
+    let (told, said) = asked(&here, &[]);
+    assert!(!truths(&told).is_empty() && !said.contains("no truth is told"), "{said}");
+    let (moved, said) = asked(&elsewhere("row.toml", &scene), &[]);
+    assert_eq!(truths(&moved), truths(&told), "a scene's file may be moved: {said}");
+    // The wrong twins: another name, and other trees under the same name.
+    let renamed = elsewhere("other.toml", &scene);
+    let replanted = elsewhere("row.toml", &scene.replace("trees = 2", "trees = 3"));
+    for (rig, why) in [(&renamed, "--rig names"), (&replanted, "trees 2 (here 3)")] {
+        let (told, said) = asked(rig, &[]);
+        assert_eq!(truths(&told), Vec::<&Value>::new(), "{rig}");
+        assert_says(&said, &["no truth is told", why, "--seed N"]);
+        let (told, said) = asked(rig, &["--seed", "1"]);
+        assert!(!truths(&told).is_empty() && !said.contains("no truth is told"), "{rig}: {said}");
+    }
+}
+
+/// What a table has no place for is said when it is written.
+#[test]
+fn an_export_without_the_encoder_says_so() {
+    let (_folder, file) = folder();
+    let rig = file("row.toml");
+    let (recorded, plain) = (file("encoder.mcap"), file("plain.mcap"));
+    let (_emulator, source) = emulated(&rig, "lms111", "max");
+    estimated(&[&source, "--rig", &rig, "--scans", "20", "--record", &recorded]);
+    // `record` sets no encoder.
+    let (_emulator, source) = emulated(&rig, "lms111", "max");
+    run(&["record", &source, "-o", &plain, "--scans", "20"]);
+    for (recorded, what, is_said) in
+        [(&recorded, "scans", true), (&recorded, "points", false), (&plain, "scans", false)]
+    {
+        let exported = file(&format!("{what}.csv"));
+        let ended = run(&["export", recorded, "--to", "csv", "--what", what, "-o", &exported]);
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        assert_eq!(ended.stderr.contains("no place for the encoder's readings"), is_said, "{}", ended.stderr);
+    }
+}
