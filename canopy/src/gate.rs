@@ -144,7 +144,9 @@ impl Gate {
     /// Why the scan is to be left out, if it is.
     pub(crate) fn judge(&self, scan: &Scan) -> Option<Exclusion> {
         let beams = &scan.beams;
-        if beams.is_empty() || scan.echoes.first().is_none_or(|echo| echo.range_m.is_empty()) {
+        // Of a scan without a single number nothing is known.
+        let is_empty = |range_m: &[f64]| range_m.iter().all(|range_m| range_m.is_nan());
+        if beams.is_empty() || scan.echoes.first().is_none_or(|echo| is_empty(&echo.range_m)) {
             return Some(Exclusion::NoBeams);
         }
         match scan.status {

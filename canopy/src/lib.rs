@@ -85,6 +85,7 @@ mod stray_returns;
 mod stream;
 mod trees;
 pub mod uncertainty;
+mod unknown_beams;
 mod voxel_edge;
 mod voxels;
 mod warning;

@@ -119,7 +119,7 @@ pub(crate) fn areas_told<'a>(
     } else if gate.valid > 1 && pass.advance.advance_m() == Some(0.0) {
         // Nothing was driven past.
         Err(Withheld::NotScanned)
-    } else if pass.row.totals().unknown_share() > pass.rig.max_excluded {
+    } else if pass.row.unknown_share() > pass.rig.max_excluded {
         Err(Withheld::UnknownBeams)
     } else if gate.blind_share() > pass.rig.max_excluded {
         Err(Withheld::TooMuchExcluded)
@@ -148,7 +148,7 @@ fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Option<&RowPass>
         (Withheld::NoEncoder, Some(pass)) => Warning::NoEncoder { scans: pass.odometry.unread() },
         (Withheld::NotScanned, _) => Warning::Stood { scans: gate.valid },
         (Withheld::UnknownBeams, Some(pass)) => {
-            let share = pass.row.totals().unknown_share();
+            let share = pass.row.unknown_share();
             Warning::UnknownBeams { share, limit: pass.rig.max_excluded }
         }
         (Withheld::EncoderJumped, Some(pass)) => Warning::EncoderJumped { times: pass.odometry.jumps() },

@@ -27,6 +27,7 @@ use crate::recent::{Recent, WindowSums};
 use crate::remission::RemissionScale;
 use crate::stray_returns::{Stray, Strays, into_cells};
 use crate::trees::{Cells, Cut, Keys, gaps_m};
+use crate::unknown_beams::UnknownBeams;
 use crate::voxels::Voxels;
 
 /// The sums of one row. Lines come in the order of travel.
@@ -65,6 +66,8 @@ pub(crate) struct Row {
     recent: Recent,
     /// Y of the latest line, metres.
     y_m: f64,
+    /// Beams of which nothing is known.
+    unknown: UnknownBeams,
     /// Where the scan plane leans.
     strays: Strays,
     /// Slices that are kept for a pass from the row's other side.
@@ -90,17 +93,9 @@ pub(crate) struct Totals {
     pub(crate) returns: ReturnCounts,
     /// Σ weight over lines, metres, and Σ weight², m².
     weights: (f64, f64),
-    /// Σ weight · share of a line's beams that look at the row and are unknown, metres.
-    unknown_m: f64,
 }
 
 impl Totals {
-    /// Share of the beams that look at the row of which nothing is known, by the row's length.
-    pub(crate) fn unknown_share(&self) -> f64 {
-        let (sum_m, _) = self.weights;
-        if sum_m > 0.0 { self.unknown_m / sum_m } else { 0.0 }
-    }
-
     /// How far apart lines lie, by what a metre of row has: the mean of their weights, by weight. `None` before the first line.
     pub(crate) fn line_spacing_m(&self) -> Option<f64> {
         let (sum_m, squares_m2) = self.weights;
@@ -150,6 +145,7 @@ impl Row {
             totals: Totals::default(),
             recent: Recent::default(),
             y_m: 0.0,
+            unknown: UnknownBeams::default(),
             strays: Strays::default(),
             kept: None,
             joining: None,
@@ -186,6 +182,11 @@ impl Row {
     /// The edge of voxels that was asked for, metres.
     pub(crate) fn voxel_m(&self) -> f64 {
         self.parameters.voxel_m
+    }
+
+    /// Share of the beams that look at the row and are unknown along most of it.
+    pub(crate) fn unknown_share(&self) -> f64 {
+        self.unknown.share()
     }
 
     /// The spacing of lines that the voxels' edge was chosen for.
@@ -238,11 +239,7 @@ impl Row {
         let (sum_m, squares_m2) = &mut self.totals.weights;
         *sum_m += weight_m;
         *squares_m2 += weight_m * weight_m;
-        let looking = self.table.beams().iter().zip(range_m).filter(|(beam, _)| beam.is_some());
-        let (looking, unknown) = looking.fold((0_u32, 0_u32), |(all, unknown), (_, range_m)| {
-            (all + 1, unknown + u32::from(reading(*range_m) == Reading::Invalid))
-        });
-        self.totals.unknown_m += weight_m * f64::from(unknown) / f64::from(looking.max(1));
+        self.unknown.add_line(self.table.beams(), range_m, weight_m);
         self.recent.line(line.y_m, weight_m);
         self.outline.add_line(weight_m);
         self.patches.add_line(range_m);

@@ -127,8 +127,8 @@ impl Cells {
     }
 }
 
-/// A tree with less leaf area a metre than this share of the others' is missing, or was replanted.
-const MISSING: f64 = 0.25;
+/// A tree with less leaf area a metre than this share of the others' is missing: what stands there is a neighbour's.
+const MISSING: f64 = 0.1;
 /// So much of a tree must have been scanned to tell.
 const SCANNED: f64 = 0.5;
 

@@ -48,14 +48,32 @@ fn misses_matter() {
     let any = Rig { max_excluded: 1.0, ..rig() };
     let without = ratio(&estimate_with(&any, parameters(), &scans), 1.0, 2.0);
     assert!((whole - 1.0).abs() < 0.02 && without > 1.3, "{whole} {without}");
-    // So many beams of which nothing is known leave the row unknown.
-    let withheld = estimate_with(&rig(), parameters(), &scans);
-    assert_eq!(withheld.impacted_total_area_m2, None);
-    assert!(
-        withheld.warnings.iter().any(|warning| warning.code() == "unknown_beams"),
-        "{:?}",
-        withheld.warnings
-    );
+}
+
+/// What is lost in the same directions all along the row, or in all beams of a part of it, leaves the row unknown; what is lost here and there does not.
+#[test]
+fn beams_that_are_never_known_withhold_and_those_lost_here_and_there_do_not() {
+    let whole = turbid(1.0, 2.0, 150, 3);
+    let lost = |lost: &dyn Fn(usize, usize) -> bool| {
+        let mut scans = whole.clone();
+        for (turn, scan) in scans.iter_mut().enumerate() {
+            for (beam, range_m) in scan.echoes[0].range_m.iter_mut().enumerate() {
+                *range_m = if lost(turn, beam) { f64::NAN } else { *range_m };
+            }
+        }
+        let found = estimate_with(&rig(), parameters(), &scans);
+        let reasons = ["unknown_beams", "too_much_excluded", "nothing_valid"];
+        let is_told = found.warnings.iter().any(|warning| reasons.contains(&warning.code()));
+        assert_eq!(found.impacted_total_area_m2.is_none(), is_told, "{:?}", found.warnings);
+        is_told
+    };
+    assert!(!lost(&|_, _| false));
+    // One beam in seven, by turns.
+    assert!(!lost(&|turn, beam| (turn * 5 + beam) % 7 == 0));
+    let beams = whole[0].beams.len();
+    assert!(lost(&|_, beam| beam > beams / 3 && beam < beams / 2), "a sector");
+    assert!(lost(&|turn, _| turn < 75), "half of the row");
+    assert!(lost(&|_, _| true), "all");
 }
 
 #[test]

@@ -220,6 +220,14 @@ pub const EXAMPLES: &[Examples] = &[
         ],
     ),
     of(
+        "study sides",
+        "accuracy",
+        [
+            "rowscan study sides spindle --seeds 1301..1302 --model lms111",
+            "rowscan study sides mature --distance 2.5 --format csv",
+        ],
+    ),
+    of(
         "study physics",
         "optics",
         [

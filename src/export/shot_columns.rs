@@ -25,6 +25,7 @@ pub(super) struct Shot {
 
 impl Shot {
     /// The point so far along the beam.
+    #[cfg(feature = "tables")]
     pub(super) fn point(&self, range_m: f64) -> [f64; 3] {
         std::array::from_fn(|axis| self.origin[axis] + range_m * self.direction[axis])
     }
@@ -32,6 +33,7 @@ impl Shot {
 
 impl ShotColumns {
     /// True if a table is one of shots.
+    #[cfg(feature = "tables")]
     pub(super) fn are_in(table: &Table) -> bool {
         Self::find(table, "origin_x_m").is_some()
     }

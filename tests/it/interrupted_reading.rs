@@ -41,6 +41,7 @@ const CASES: &[&[&str]] = &[
     &["study", "eye", "F"],
     &["study", "field", "F", "--rig", "spindle"],
     &["study", "pieces", "F"],
+    &["study", "sides", "F"],
     &["study", "physics", "F"],
     &["study", "recording", "F", "--model", "lms111"],
     &["record", "F", "-o", "/dev/null"],

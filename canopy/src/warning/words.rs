@@ -159,7 +159,7 @@ impl fmt::Display for Warning {
                 write!(f, "{telegrams} scan telegrams gave no scan ({}); of the first, {fault}", fault.code())
             }
             Self::Excluded { why: Exclusion::OtherLayer, scans } => {
-                write!(f, "{scans} scans are of inclined layers and were left out: the estimate is of the level layer (within 1°) alone")
+                write!(f, "{scans} scans are of inclined layers and were left out: the estimate is of the level layer (within 1°) alone, and is none where ScanLayerFilter or LFPlayerFilter switches that off")
             }
             Self::Excluded { why, scans } => write!(f, "{scans} scans were left out: {}, {}", why.code(), why.reason()),
             Self::TurnsLeftOut { turns, of } => write!(

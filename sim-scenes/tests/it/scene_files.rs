@@ -69,6 +69,24 @@ fn a_rig_keeps_what_it_says_itself() {
     assert_eq!((rig.trees, rig.tree_spacing_m, rig.row_spacing_m), (Some(3), Some(2.5), Some(5.0)));
 }
 
+/// As steep as a ground may be, a rig may know it.
+#[test]
+fn a_rig_knows_the_slope_of_its_scenes_ground() {
+    let told = |ground: &str, rig: &str| {
+        let scene = read(&format!("version = 2\n[orchard.ground]\n{ground}\n[rig]\n{rig}\n"));
+        scene.validate().unwrap();
+        scene.resolved_rig().ground_slope_deg
+    };
+    for slope_deg in [-45.0, -6.0, 2.5, 45.0] {
+        let ground = format!("slope_deg = {slope_deg}");
+        assert_eq!(told(&ground, ""), Some(slope_deg));
+        assert_eq!(told(&ground, "ground_slope_deg = 0"), Some(0.0), "a rig keeps what it says itself");
+    }
+    // A rig that says nothing has level ground: rigs of level scenes stay as they were.
+    assert_eq!(told("roughness_m = 0.02", ""), None);
+    assert!(read("version = 2\n[rig]\nground_slope_deg = 46\n").validate().is_err());
+}
+
 #[test]
 fn overrides_depart_from_the_preset_and_leave_the_rest() {
     let scene = read(
