@@ -128,7 +128,7 @@ impl Cells {
 }
 
 /// A tree with less leaf area a metre than this share of the others' is missing: what stands there is a neighbour's.
-const MISSING: f64 = 0.1;
+const MISSING: f64 = 0.01;
 /// So much of a tree must have been scanned to tell.
 const SCANNED: f64 = 0.5;
 
@@ -167,7 +167,7 @@ mod tests {
         let found = |missing: &[i64], open| {
             let (mut trees, mut metres) = (Cells::new(100), Cells::new(100));
             for index in 0..12 {
-                let contact_m2 = if missing.contains(&index) { 0.5 } else { 9.0 + 0.1 * index as f64 };
+                let contact_m2 = if missing.contains(&index) { 0.05 } else { 9.0 + 0.1 * index as f64 };
                 *trees.at(index).unwrap() = Cell { index, contact_m2, scanned_m: 1.5, ..Cell::default() };
             }
             for index in 0..18 {
