@@ -2,6 +2,7 @@
 
 mod follower;
 mod map;
+mod other_scene;
 mod other_side;
 mod print;
 mod rig;

@@ -12,7 +12,7 @@ use rowscan_study::reading::fitted_rig;
 use super::super::output::say;
 use super::super::recorder::rig_text;
 use super::super::{Failure, models};
-use super::truth::other_scene;
+use super::other_scene::other_scene;
 
 /// The rig of an estimate.
 pub(super) struct Loaded {
