@@ -1,4 +1,4 @@
-//! The ground's slope as the scanner sees it, held against the rig's: ground that rises where the rig has none counts as leaves, or hides leaves.
+//! The ground's slope and height as the scanner sees them, held against the rig's: ground that rises where the rig has none counts as leaves, or hides leaves.
 //!
 //! Nothing returns from below the ground: in each column across the row the lowest returns are a thin sheet where the ground is seen, and frayed where only
 //! leaves are. A line through the columns by Theil and Sen (the median of the slopes of all pairs) is the ground of a stretch of row; its slope goes by
@@ -64,6 +64,10 @@ pub(crate) struct GroundLine {
     differ: [(u32, f64); 2],
     /// Those that differ so much that leaf areas are withheld.
     differ_much: u32,
+    /// From the mirror to the row axis, metres.
+    distance_m: f64,
+    /// Those with the rig's slope, and Σ height of their ground at the row axis, metres.
+    level: (u32, f64),
 }
 
 /// A slope that is not the rig's, degrees in the rig's sense.
@@ -85,6 +89,8 @@ impl GroundLine {
             stretches: 0,
             differ: [(0, 0.0); 2],
             differ_much: 0,
+            distance_m: frame.distance_m,
+            level: (0, 0.0),
         }
     }
 
@@ -109,7 +115,7 @@ impl GroundLine {
 
     /// Ends the stretch.
     pub(crate) fn close(&mut self) {
-        if let Some(rise) = self.rise() {
+        if let Some((rise, at_row_m)) = self.line_seen() {
             let found_deg = self.side * rise.atan().to_degrees();
             let off_deg = found_deg - self.told_deg;
             self.stretches += 1;
@@ -118,6 +124,10 @@ impl GroundLine {
                 let (count, sum_deg) = if off_deg < 0.0 { falls } else { rises };
                 *count += 1;
                 *sum_deg += found_deg;
+            } else {
+                let (count, sum_m) = &mut self.level;
+                *count += 1;
+                *sum_m += at_row_m;
             }
             self.differ_much += u32::from(off_deg.abs() > WITHHELD_DEG);
         }
@@ -137,8 +147,14 @@ impl GroundLine {
         })
     }
 
-    /// How much the ground of the open stretch rises a metre towards the row; `None` where it is not seen.
-    fn rise(&self) -> Option<f64> {
+    /// How high the ground lies at the row axis above where the rig has it, metres; `None` where it is not seen.
+    pub(crate) fn level_m(&self) -> Option<f64> {
+        let (count, sum_m) = self.level;
+        (count > 0).then(|| sum_m / f64::from(count))
+    }
+
+    /// How much the ground of the open stretch rises a metre towards the row, and how high it is at the row axis, metres; `None` where it is not seen.
+    fn line_seen(&self) -> Option<(f64, f64)> {
         let mut points = [(0.0, 0.0); COLUMNS];
         let mut found = 0;
         for (number, column) in self.bins.chunks(BINS).enumerate() {
@@ -175,7 +191,8 @@ impl GroundLine {
         let mean_m = points.iter().map(|(x_m, _)| x_m).sum::<f64>() / points.len() as f64;
         let spread_m = points.iter().map(|(x_m, _)| (x_m - mean_m).powi(2)).sum::<f64>().sqrt();
         let is_line = half_m <= OFF_M[0] && most_m <= OFF_M[1];
-        (is_line && SDS_A_MEDIAN * half_m <= MOST_SD * spread_m).then_some(rise)
+        (is_line && SDS_A_MEDIAN * half_m <= MOST_SD * spread_m)
+            .then_some((rise, level_m + rise * self.distance_m))
     }
 }
 

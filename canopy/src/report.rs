@@ -323,6 +323,10 @@ fn row(
     if let Some(OtherSlope { found_deg, told_deg, withheld }) = pass.row.other_slope() {
         estimate.warnings.push(Warning::GroundSlope { found_deg, told_deg, withheld });
     }
+    if let Some(level_m) = pass.row.other_level_m() {
+        let clearance_m = pass.row.frame().ground_clearance_m;
+        estimate.warnings.push(Warning::GroundLevel { level_m, clearance_m });
+    }
     if !pass.row.has_far_gate() {
         estimate.warnings.push(Warning::NoFarRowGate);
     }

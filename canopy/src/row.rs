@@ -30,6 +30,9 @@ use crate::trees::{Cells, Cut, Keys, gaps_m};
 use crate::unknown_beams::UnknownBeams;
 use crate::voxels::Voxels;
 
+/// How thick the ground is by itself, metres: soil is rough.
+const SHEET_M: f64 = 0.02;
+
 /// The sums of one row. Lines come in the order of travel.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
@@ -177,6 +180,14 @@ impl Row {
     /// The ground's slope as it was found, where that is not the rig's.
     pub(crate) fn other_slope(&self) -> Option<OtherSlope> {
         self.ground.other_slope()
+    }
+
+    /// How high the ground lies above where the rig has it, if it reaches the rig's clearance or lies as far below, metres.
+    pub(crate) fn other_level_m(&self) -> Option<f64> {
+        let clearance_m = self.frame.ground_clearance_m;
+        self.ground
+            .level_m()
+            .filter(|level_m| *level_m > clearance_m - SHEET_M || *level_m < -(clearance_m + SHEET_M))
     }
 
     /// The edge of voxels that was asked for, metres.

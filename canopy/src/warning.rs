@@ -253,6 +253,13 @@ pub enum Warning {
     },
     /// A pass from the row's other side has no slice in common with this one.
     SidesApart,
+    /// The ground lies higher or lower than the rig has it.
+    GroundLevel {
+        /// How much higher, at the row axis, metres.
+        level_m: f64,
+        /// The rig's clearance above the ground, metres.
+        clearance_m: f64,
+    },
     /// The rig has an encoder, and scans had no reading of it: the rig's speed was taken.
     ConstantSpeed {
         /// So many of them.
@@ -373,6 +380,7 @@ impl Warning {
             Self::SpeedHeld { .. } => "speed_held",
             Self::GroundAsCanopy { .. } => "ground_as_canopy",
             Self::GroundSlope { .. } => "ground_slope",
+            Self::GroundLevel { .. } => "ground_level",
             Self::BeforeRow { .. } => "before_row",
             Self::PastRow { .. } => "past_row",
             Self::TooManyCells { .. } => "too_many_cells",

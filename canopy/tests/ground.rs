@@ -67,6 +67,26 @@ fn ground_that_counts_as_canopy_is_told() {
     }
 }
 
+#[test]
+fn ground_that_lies_elsewhere_than_the_rig_has_it_is_told() {
+    for real_m in [1.2, 1.6, 2.4] {
+        for (off_m, told) in [
+            (-0.3, true),
+            (-0.14, true),
+            (-0.05, false),
+            (0.0, false),
+            (0.04, false),
+            (0.1, true),
+            (0.3, true),
+        ] {
+            let mount = Mount { height_m: real_m + off_m, ..Mount::default() };
+            let found = orchard_on_ground(&Rig { scanners: vec![mount], ..orchard_rig() }, real_m);
+            assert_eq!(warned(&found, "ground_level"), told, "{real_m} {off_m}: {:?}", found.warnings);
+            assert!(!warned(&found, "ground_slope"), "{real_m} {off_m}");
+        }
+    }
+}
+
 /// A rig whose first scanner looks at this row, and how high its mirror is above that row's foot where the ground has this slope.
 fn on_a_slope(rows: &[RowSide], slope_deg: f64) -> (Rig, f64) {
     let scanners: Vec<Mount> = rows.iter().map(|row| Mount { row: *row, ..Mount::default() }).collect();

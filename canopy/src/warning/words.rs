@@ -270,6 +270,15 @@ impl fmt::Display for Warning {
                  leaves may count as it{}; set the rig's `ground_slope_deg` (an alley driven back has the other sign), or where the ground is so, the mount's `roll_deg`",
                 if *withheld { ", and leaf areas are withheld" } else { "" }
             ),
+            Self::GroundLevel { level_m, clearance_m } => write!(
+                f,
+                "the ground, or what covers it, lies {:.2} m {} where the rig puts it, with a ground_clearance_m of {clearance_m}: {}; correct the mount's `height_m` \
+                 or angles{}",
+                level_m.abs(),
+                if *level_m > 0.0 { "above" } else { "below" },
+                if *level_m > 0.0 { "what stands out of that counts as leaves" } else { "heights are too low by as much, and low leaves are taken for ground" },
+                if *level_m > 0.0 { ", or raise `ground_clearance_m` above grass and weeds" } else { "" }
+            ),
             Self::BeforeRow { before_m } => write!(
                 f,
                 "{before_m:.1} m before the row's start were scanned and count in the totals; a virtual orchard repeats its row, so its last trees \

@@ -173,8 +173,15 @@ impl SimClock {
     /// Waits for the simulated instant `at`: until its absolute host deadline if paced; else it only lets others run, so that no
     /// loop that turns as fast as it can keeps its thread for itself.
     pub async fn reach(&self, at: SimTime) {
-        self.waited(at).await;
-        self.reached(at);
+        loop {
+            self.waited(at).await;
+            // Somebody may have stopped time after the deadline came and before this went on: then it has not come to `at`.
+            let pace = self.pace.borrow();
+            if !pace.stands() {
+                self.reached(at);
+                return;
+            }
+        }
     }
 
     /// Waits as long as time stands, and until the host's deadline if paced.
@@ -251,6 +258,27 @@ mod tests {
         // tokio's timer rounds up to its next millisecond
         assert!(watch.elapsed().abs_diff(Duration::from_secs(2)) <= Duration::from_millis(1));
         assert_eq!(clock.now().0 / 1_000_000_000, 20);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_clock_that_was_stopped_stands_whatever_deadline_came_meanwhile() {
+        // Which of both is seen first, the deadline or the stop, is left to chance.
+        for _ in 0..64 {
+            let clock = SimClock::start(TimeScale::Paced(1.0));
+            let mut reached = std::pin::pin!(clock.reach(SimTime(20_000_000)));
+            let waker = std::task::Waker::noop();
+            let mut context = std::task::Context::from_waker(waker);
+            assert!(reached.as_mut().poll(&mut context).is_pending());
+            tokio::time::advance(Duration::from_millis(19)).await;
+            clock.pause(true);
+            let stopped = clock.now();
+            tokio::time::advance(Duration::from_millis(5)).await;
+            assert!(reached.as_mut().poll(&mut context).is_pending());
+            assert_eq!(clock.now(), stopped);
+            clock.pause(false);
+            reached.await;
+            assert_eq!(clock.now(), SimTime(20_000_000));
+        }
     }
 
     #[tokio::test(start_paused = true)]
