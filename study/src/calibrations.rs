@@ -33,13 +33,16 @@ pub enum ConfigError {
     },
 }
 
-/// The calibration a rig names, for the scanner model it carries and the beams it has: `NAME-MODEL-device` for beams with a width, where that is
+/// The calibration a rig names, for the scanner model it carries and the beams it has: the shipped one of that name; else `NAME-MODEL-device` for beams with a width, where that is
 /// shipped, else `NAME-MODEL`; none if calibrations of that name are shipped for other models only; else whatever `NAME` is.
 pub fn load_calibration_for(
     name: &str,
     model: &str,
     beams: Option<BeamWidth>,
 ) -> Result<Option<Calibration>, ConfigError> {
+    if shipped::text(name).is_some() {
+        return load_calibration(name).map(Some);
+    }
     let of_rays = format!("{name}-{model}");
     let of_device = format!("{of_rays}-device");
     if beams == Some(BeamWidth::Device) && shipped::text(&of_device).is_some() {
@@ -63,9 +66,6 @@ pub fn load_named_calibration(
     model: &str,
     beams: Option<BeamWidth>,
 ) -> Result<Calibration, ConfigError> {
-    if shipped::text(name).is_some() {
-        return load_calibration(name);
-    }
     load_calibration_for(name, model, beams)?.ok_or_else(|| ConfigError::OtherModels {
         class: name.to_owned(),
         model: model.to_owned(),
@@ -95,6 +95,9 @@ mod tests {
     fn a_family_has_calibrations_for_some_models_and_a_wrong_name_has_none() {
         assert!(load_calibration_for("spindle", "lms111", None).is_ok_and(|found| found.is_some()));
         assert!(load_calibration_for("spindle", "no-such-model", None).is_ok_and(|found| found.is_none()));
+        // One by its whole name is that, whatever the scanner; some begin as others do.
+        let whole = load_calibration_for("spindle-picoscan150", "lms111", None).unwrap().unwrap();
+        assert_eq!(whole.class.scanner_model, "picoscan150");
         let wrong = load_calibration_for("spindel", "lms111", None);
         assert!(matches!(wrong, Err(ConfigError::Load(LoadError::Missing { .. }))));
     }

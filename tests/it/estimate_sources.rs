@@ -73,6 +73,11 @@ fn every_stream_is_read_by_its_own_model_whatever_is_read_beside_it() {
             assert_eq!(alone(told.clone()), alone(apart[place].clone()), "{order:?}: {}", named[place].0);
         }
     }
+    // Each is played where its sort of places is given, and nowhere else.
+    for (stream, place) in [("zz", "--rest"), ("mm", "--tcp")] {
+        let mut playing = Telling::start("replay", &[&recorded, "--stream", stream, place, "127.0.0.1:0"]);
+        assert!(playing.address().starts_with("127.0.0.1:"), "{stream}");
+    }
     // The wrong twin: one model for all.
     let wrong = [0, 2].map(|place| estimated(&[&named[place].0, "--rig", &rig, "--model", "lms111"]).0);
     assert!(wrong[0] != apart[0] && wrong[1] != apart[2], "{wrong:?}");

@@ -14,7 +14,7 @@ impl fmt::Display for Warning {
         write!(f, "{}: ", self.code())?;
         match self {
             Self::Uncalibrated => {
-                f.write_str("leaf area is the raw contact frequency, wood included; name a calibration in the rig")
+                f.write_str("leaf area is the raw contact frequency, wood included; name a calibration that there is for this scanner's model, in the rig or with --calibration")
             }
             Self::NoFarRowGate => {
                 f.write_str("the rig has no row_spacing_m, so returns from the next row count as canopy")

@@ -203,7 +203,13 @@ impl PlaceArgs {
         if places.is_empty() && !scanner && self.stream.is_empty() && survey.parts.iter().any(sends) {
             places.push((None, Place::Rest(DEFAULT_REST)));
         }
-        if !lines && (scanner || places.is_empty() || !self.stream.is_empty()) {
+        // A stream that is asked for goes out on the places that were given for its sort, if any were.
+        let has_place = |part: &&Part| places.iter().any(|(_, place)| place.sort() == Sort::of(part.kind));
+        let wants_line = match self.stream.is_empty() {
+            true => scanner || places.is_empty(),
+            false => !survey.choose(&self.stream, self.stream.len())?.iter().all(has_place),
+        };
+        if !lines && wants_line {
             places.extend(DEFAULT_ENDPOINTS.map(|address| (None, Place::Tcp(address))));
         }
         let mut seats: Vec<Seat<'a>> = Vec::new();
