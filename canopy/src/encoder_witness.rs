@@ -117,8 +117,11 @@ struct Kept {
 }
 
 /// Compares each scan with the one [`LAG`] before it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct EncoderWitness {
+    /// From tick to tick, metres; infinite of a rig without encoder.
+    tick_m: f64,
+    rig_m_s: f64,
     grid: BeamGrid,
     /// The latest scans, the oldest first.
     kept: VecDeque<Kept>,
@@ -151,15 +154,30 @@ fn changed(before: &[f64], now: &[f64]) -> Option<f64> {
 }
 
 impl EncoderWitness {
-    /// Takes a scan whose encoder had counted so far, at this place and time; at the rig's speed a tick takes `tick_s` and a line `line_s`.
-    pub(crate) fn observe(
-        &mut self,
-        ticks: u32,
-        at: Counted,
-        (tick_s, line_s, rig_m_s): (f64, f64, f64),
-        grid: BeamGrid,
-        range_m: &[f64],
-    ) {
+    /// Of an encoder with ticks so far apart, on a tractor that drives as fast by its rig.
+    pub(crate) fn new(tick_m: f64, rig_m_s: f64) -> Self {
+        Self {
+            tick_m,
+            rig_m_s,
+            grid: BeamGrid::default(),
+            kept: VecDeque::new(),
+            ticks: None,
+            counted: None,
+            speeds: Speeds::default(),
+            latest_s: 0.0,
+            way_m: 0.0,
+            pairs: Pairs::default(),
+            neighbours: (0.0, 0.0),
+        }
+    }
+
+    /// From tick to tick, metres; infinite of a rig without encoder.
+    pub(crate) fn tick_m(&self) -> f64 {
+        self.tick_m
+    }
+
+    /// Takes a scan whose encoder had counted so far, at this place and time; at the rig's speed lines are `line_m` apart.
+    pub(crate) fn observe(&mut self, ticks: u32, at: Counted, line_m: f64, grid: BeamGrid, range_m: &[f64]) {
         if self.ticks != Some(ticks) {
             if let Some(before) = self.counted {
                 let way_m = (at.y_m - before.y_m).abs();
@@ -169,7 +187,7 @@ impl EncoderWitness {
             self.counted = Some(at);
         }
         (self.ticks, self.latest_s) = (Some(ticks), at.travel_s);
-        if tick_s > COARSEST_LINES * line_s {
+        if self.tick_m > COARSEST_LINES * line_m {
             return;
         }
         if self.grid != grid || self.kept.back().is_some_and(|kept| kept.range_m.len() != range_m.len()) {
@@ -190,7 +208,7 @@ impl EncoderWitness {
             && let Some(oldest) = self.kept.pop_front()
         {
             if let Some(share) = changed(&oldest.range_m, range_m) {
-                let lag_m = LAG as f64 * line_s * rig_m_s;
+                let lag_m = LAG as f64 * line_m;
                 self.pairs.add((at.y_m - oldest.at.y_m).abs() / lag_m, share);
             }
             room.range_m = oldest.range_m;
@@ -201,9 +219,9 @@ impl EncoderWitness {
     }
 
     /// Scans that the encoder says are of one place, and that differ as those of several.
-    pub(crate) fn stuck(&self, rig_m_s: f64) -> u64 {
+    pub(crate) fn stuck(&self) -> u64 {
         let Some(speed_m_s) = self.speeds.median_m_s() else { return 0 };
-        let typical = speed_m_s / rig_m_s;
+        let typical = speed_m_s / self.rig_m_s;
         let (pairs, far) = Pairs::mean(self.pairs.between(typical / 2.0, f64::INFINITY));
         if pairs < LEAST_PAIRS || far < LEAST_SHARE {
             return 0;
@@ -226,30 +244,30 @@ impl EncoderWitness {
     }
 
     /// The speed by the encoder at which half the way was driven, m/s, if it lies outside `range` times the rig's.
-    fn speed_outside(&self, range: &RangeInclusive<f64>, rig_m_s: f64) -> Option<f64> {
-        let is_told = self.latest_s * rig_m_s >= LEAST_WAY_M || self.way_m >= LEAST_WAY_M;
+    fn speed_outside(&self, range: &RangeInclusive<f64>) -> Option<f64> {
+        let is_told = self.latest_s * self.rig_m_s >= LEAST_WAY_M || self.way_m >= LEAST_WAY_M;
         let speed_m_s = self.speeds.median_m_s().filter(|_| is_told)?;
-        (!range.contains(&(speed_m_s / rig_m_s))).then_some(speed_m_s)
+        (!range.contains(&(speed_m_s / self.rig_m_s))).then_some(speed_m_s)
     }
 
     /// True where too many scans refute it for the way to be known, of so many valid ones.
-    pub(crate) fn is_stuck(&self, valid: u64, rig_m_s: f64) -> bool {
-        self.stuck(rig_m_s) as f64 > MOST_STUCK * valid as f64
+    pub(crate) fn is_stuck(&self, valid: u64) -> bool {
+        self.stuck() as f64 > MOST_STUCK * valid as f64
     }
 
     /// True where its speed and the rig's are of different scales, so that the way is not known.
-    pub(crate) fn has_other_scale(&self, rig_m_s: f64) -> bool {
-        self.speed_outside(&SAME_SCALE, rig_m_s).is_some()
+    pub(crate) fn has_other_scale(&self) -> bool {
+        self.speed_outside(&SAME_SCALE).is_some()
     }
 
     /// What is to be told of it: scans against it, of so many valid ones, and a speed far off the rig's.
-    pub(crate) fn doubts(&self, valid: u64, rig_m_s: f64) -> [Option<Warning>; 2] {
-        let scans = self.stuck(rig_m_s);
+    pub(crate) fn doubts(&self, valid: u64) -> [Option<Warning>; 2] {
+        let scans = self.stuck();
         let is_told = scans >= u64::from(LEAST_PAIRS) && scans as f64 > LEAST_STUCK * valid as f64;
-        let off = self.speed_outside(&NO_DOUBT, rig_m_s);
+        let off = self.speed_outside(&NO_DOUBT);
         [
             is_told.then_some(Warning::EncoderStuck { scans, of: valid }),
-            off.map(|encoder_m_s| Warning::EncoderSpeed { encoder_m_s, rig_m_s }),
+            off.map(|encoder_m_s| Warning::EncoderSpeed { encoder_m_s, rig_m_s: self.rig_m_s }),
         ]
     }
 }
@@ -278,14 +296,14 @@ mod tests {
         counted_m: impl Fn(f64) -> f64,
         ticks_per_m: f64,
     ) -> (EncoderWitness, u64) {
-        let mut witness = EncoderWitness::default();
+        let mut witness = EncoderWitness::new(1.0 / ticks_per_m, 1.0);
         let scans = (seconds * 50.0) as u64;
         for scan in 0..scans {
             let travel_s = scan as f64 / 50.0;
             let ticks = (counted_m(travel_s) * ticks_per_m) as u32;
             let at = Counted { y_m: f64::from(ticks) / ticks_per_m, travel_s };
             let grid = BeamGrid::spanning(0, 1_990_000, 10_000);
-            witness.observe(ticks, at, (1.0 / ticks_per_m, 0.02, 1.0), grid, &range_m(y_m(travel_s)));
+            witness.observe(ticks, at, 0.02, grid, &range_m(y_m(travel_s)));
         }
         (witness, scans)
     }
@@ -296,34 +314,26 @@ mod tests {
         // A coarse encoder has a tick each half metre: between two of them it does not stand.
         for ticks_per_m in [2.0, 100.0, 1000.0] {
             let (even, scans) = drive(8.0, past_canopy, |s| s, |s| s, ticks_per_m);
-            assert_eq!((even.stuck(1.0), even.is_stuck(scans, 1.0)), (0, false), "{ticks_per_m}");
+            assert_eq!((even.stuck(), even.is_stuck(scans)), (0, false), "{ticks_per_m}");
             let (stood, scans) = drive(8.0, past_canopy, stops, stops, ticks_per_m);
-            assert_eq!((stood.stuck(1.0), stood.is_stuck(scans, 1.0)), (0, false), "{ticks_per_m}");
+            assert_eq!((stood.stuck(), stood.is_stuck(scans)), (0, false), "{ticks_per_m}");
         }
         for ticks_per_m in [100.0, 1000.0] {
             let (stuck, scans) = drive(8.0, past_canopy, |s| s, stops, ticks_per_m);
-            assert!(
-                (100..150).contains(&stuck.stuck(1.0)) && stuck.is_stuck(scans, 1.0),
-                "{}",
-                stuck.stuck(1.0)
-            );
+            assert!((100..150).contains(&stuck.stuck()) && stuck.is_stuck(scans), "{}", stuck.stuck());
             // To the end of the row.
             let (stuck, scans) = drive(6.0, past_canopy, |s| s, |s| s.min(3.0), ticks_per_m);
-            assert!(
-                (100..150).contains(&stuck.stuck(1.0)) && stuck.is_stuck(scans, 1.0),
-                "{}",
-                stuck.stuck(1.0)
-            );
-            assert!(matches!(stuck.doubts(scans, 1.0)[0], Some(Warning::EncoderStuck { .. })));
+            assert!((100..150).contains(&stuck.stuck()) && stuck.is_stuck(scans), "{}", stuck.stuck());
+            assert!(matches!(stuck.doubts(scans)[0], Some(Warning::EncoderStuck { .. })));
         }
     }
 
     #[test]
     fn where_all_looks_the_same_nothing_is_known() {
         let (wall, scans) = drive(8.0, |_| vec![1.5; 200], |s| s, |s| s.min(3.0), 1000.0);
-        assert_eq!((wall.stuck(1.0), wall.is_stuck(scans, 1.0)), (0, false));
+        assert_eq!((wall.stuck(), wall.is_stuck(scans)), (0, false));
         let (bare, scans) = drive(8.0, |_| vec![f64::INFINITY; 200], |s| s, |s| s.min(3.0), 1000.0);
-        assert_eq!((bare.stuck(1.0), bare.is_stuck(scans, 1.0)), (0, false));
+        assert_eq!((bare.stuck(), bare.is_stuck(scans)), (0, false));
     }
 
     #[test]
@@ -346,8 +356,8 @@ mod tests {
                     // It has counted once or never, which others tell.
                     continue;
                 }
-                let off = witness.doubts(scans, 1.0)[1].is_some();
-                let found = (off, witness.has_other_scale(1.0));
+                let off = witness.doubts(scans)[1].is_some();
+                let found = (off, witness.has_other_scale());
                 assert_eq!(found, (told, unknown), "{counted} of {ticks_per_m} ticks");
             }
         }
@@ -362,7 +372,7 @@ mod tests {
         for ticks_per_m in [2.0, 100.0, 1000.0] {
             for way in [&stop_and_go as &dyn Fn(f64) -> f64, &slow_at_trees] {
                 let (witness, scans) = drive(40.0, past_canopy, way, way, ticks_per_m);
-                assert_eq!(witness.doubts(scans, 1.0), [None, None], "{ticks_per_m}");
+                assert_eq!(witness.doubts(scans), [None, None], "{ticks_per_m}");
             }
         }
     }
@@ -374,13 +384,13 @@ mod tests {
                 for missed in [0.9, 0.95, 0.99] {
                     let counted = |s: f64| s.min(from_s) + (1.0 - missed) * (s - from_s).max(0.0);
                     let (witness, scans) = drive(8.0, past_canopy, |s| s, counted, ticks_per_m);
-                    let case = format!("{missed} from {from_s} s at {ticks_per_m}: {}", witness.stuck(1.0));
-                    assert!(witness.is_stuck(scans, 1.0), "{case}");
-                    assert!(witness.doubts(scans, 1.0)[0].is_some(), "{case}");
+                    let case = format!("{missed} from {from_s} s at {ticks_per_m}: {}", witness.stuck());
+                    assert!(witness.is_stuck(scans), "{case}");
+                    assert!(witness.doubts(scans)[0].is_some(), "{case}");
                     // Bad before, and in order from then on.
                     let counted = |s: f64| (1.0 - missed) * s.min(from_s) + (s - from_s).max(0.0);
                     let (witness, scans) = drive(8.0, past_canopy, |s| s, counted, ticks_per_m);
-                    assert!(witness.is_stuck(scans, 1.0), "before: {case}");
+                    assert!(witness.is_stuck(scans), "before: {case}");
                 }
             }
         }
@@ -400,9 +410,9 @@ mod tests {
                 beams.map(|(range_m, beam)| if beam < 150 && swings(beam) { 0.9 } else { range_m }).collect()
             };
             let (witness, scans) = drive(20.0, in_wind, stops, stops, ticks_per_m);
-            assert_eq!(witness.doubts(scans, 1.0)[0], None, "wind, {ticks_per_m}: {}", witness.stuck(1.0));
+            assert_eq!(witness.doubts(scans)[0], None, "wind, {ticks_per_m}: {}", witness.stuck());
             let (witness, scans) = drive(20.0, past_canopy, crawls, crawls, ticks_per_m);
-            assert_eq!(witness.doubts(scans, 1.0), [None, None], "crawl, {ticks_per_m}");
+            assert_eq!(witness.doubts(scans), [None, None], "crawl, {ticks_per_m}");
         }
     }
 

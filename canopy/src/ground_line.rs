@@ -40,6 +40,9 @@ const STRETCH_M: f64 = 5.0;
 /// Share of the stretches that must differ for the row to.
 const STRETCHES: f64 = 1.0 / 3.0;
 
+/// How rough level ground is by itself, metres.
+const ROUGH_M: f64 = 0.02;
+
 /// The slope as found differs from the rig's by more than this: it is told, degrees. Ranges of a TiM561 are off so that it sees half a degree less or more
 /// than there is.
 pub(crate) const TOLD_DEG: f64 = 2.25;
@@ -66,6 +69,8 @@ pub(crate) struct GroundLine {
     differ_much: u32,
     /// From the mirror to the row axis, metres.
     distance_m: f64,
+    /// The rig's, above its ground, metres.
+    clearance_m: f64,
     /// Those with the rig's slope, and Σ height of their ground at the row axis, metres.
     level: (u32, f64),
 }
@@ -90,6 +95,7 @@ impl GroundLine {
             differ: [(0, 0.0); 2],
             differ_much: 0,
             distance_m: frame.distance_m,
+            clearance_m: frame.ground_clearance_m,
             level: (0, 0.0),
         }
     }
@@ -147,10 +153,12 @@ impl GroundLine {
         })
     }
 
-    /// How high the ground lies at the row axis above where the rig has it, metres; `None` where it is not seen.
-    pub(crate) fn level_m(&self) -> Option<f64> {
+    /// How high the ground lies at the row axis above where the rig has it, metres, if it reaches the rig's clearance or lies as far below.
+    pub(crate) fn other_level_m(&self) -> Option<f64> {
         let (count, sum_m) = self.level;
-        (count > 0).then(|| sum_m / f64::from(count))
+        let level_m = (count > 0).then(|| sum_m / f64::from(count))?;
+        let (above_m, below_m) = (self.clearance_m - ROUGH_M, -(self.clearance_m + ROUGH_M));
+        (level_m > above_m || level_m < below_m).then_some(level_m)
     }
 
     /// How much the ground of the open stretch rises a metre towards the row, and how high it is at the row axis, metres; `None` where it is not seen.

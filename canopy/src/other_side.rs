@@ -162,10 +162,8 @@ impl Joining {
 
     /// What the other pass saw of this slice.
     fn of_other(&self, slice: i64) -> Option<&KeptSlice> {
-        let Heading { back, .. } = self.other.heading;
-        let slice_m = self.own.slice_m;
         // The numbering is its own inverse.
-        let own = if back { self.other.heading.slice(slice, slice_m) } else { slice };
+        let own = self.other.heading.slice(slice, self.own.slice_m);
         self.other.kept.slices.get(&own)
     }
 

@@ -110,9 +110,9 @@ pub(crate) fn areas_told<'a>(
         Err(Withheld::NoTime)
     } else if by_encoder && pass.odometry.unread() > 0 {
         Err(Withheld::NoEncoder)
-    } else if by_encoder && pass.witness.is_stuck(gate.valid, pass.rig.speed_m_s) {
+    } else if by_encoder && pass.witness.is_stuck(gate.valid) {
         Err(Withheld::EncoderStuck)
-    } else if by_encoder && pass.witness.has_other_scale(pass.rig.speed_m_s) {
+    } else if by_encoder && pass.witness.has_other_scale() {
         Err(Withheld::EncoderSpeed)
     } else if by_encoder && pass.odometry.is_lost(gate.valid) {
         Err(Withheld::EncoderJumped)
@@ -130,16 +130,9 @@ pub(crate) fn areas_told<'a>(
 
 /// Says why nothing is told of the row.
 fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Option<&RowPass>, why: Withheld) {
-    if let (
-        Withheld::EncoderStuck
-        | Withheld::EncoderSpeed
-        | Withheld::EncoderJumped
-        | Withheld::NotScanned
-        | Withheld::UnknownBeams
-        | Withheld::TooMuchExcluded,
-        Some(pass),
-    ) = (why, pass)
-    {
+    // Elsewhere the way itself is unknown.
+    let has_way = !matches!(why, Withheld::NothingValid | Withheld::NoTime | Withheld::NoEncoder);
+    if let Some(pass) = pass.filter(|_| has_way) {
         estimate.advance_m = pass.advance.advance_m();
         estimate.advance_source = pass.odometry.source();
     }
@@ -210,7 +203,7 @@ fn tell_how_sure(
     let compared = known.compared(&holds, look);
     // A power law enlarges a relative error by its exponent.
     let counted = law.counted();
-    let raw_m2_per_m = counted.raw_m2 / pass.row.so_far().canopy_m;
+    let raw_m2_per_m = law.raw_m2_per_m();
     let amplified = counted.scale.map_or(1.0, |scale| scale.amplification(raw_m2_per_m));
     let between = |compared: &[Compared]| uncertainty::term(compared, estimator).map(|sd| amplified * sd);
     for found in &compared {
@@ -241,7 +234,7 @@ fn tell_how_sure(
             amplified * uncertainty::combined([SHARES_SD, BY_POWER * power_sd])
         }),
         min_share: Some(pass.row.least_share_relative_sd()).filter(|sd| *sd > 0.0).map(|sd| amplified * sd),
-        sides: pass.row.sides().map(|_| amplified * uncertainty::SIDES_SD),
+        sides: estimate.other_side.map(|_| amplified * uncertainty::SIDES_SD),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
     // The error of the spot correction is part of a calibration on wide beams.

@@ -30,9 +30,6 @@ use crate::trees::{Cells, Cut, Keys, gaps_m};
 use crate::unknown_beams::UnknownBeams;
 use crate::voxels::Voxels;
 
-/// How thick the ground is by itself, metres: soil is rough.
-const SHEET_M: f64 = 0.02;
-
 /// The sums of one row. Lines come in the order of travel.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
@@ -184,10 +181,7 @@ impl Row {
 
     /// How high the ground lies above where the rig has it, if it reaches the rig's clearance or lies as far below, metres.
     pub(crate) fn other_level_m(&self) -> Option<f64> {
-        let clearance_m = self.frame.ground_clearance_m;
-        self.ground
-            .level_m()
-            .filter(|level_m| *level_m > clearance_m - SHEET_M || *level_m < -(clearance_m + SHEET_M))
+        self.ground.other_level_m()
     }
 
     /// The edge of voxels that was asked for, metres.
@@ -250,7 +244,6 @@ impl Row {
         let (sum_m, squares_m2) = &mut self.totals.weights;
         *sum_m += weight_m;
         *squares_m2 += weight_m * weight_m;
-        self.unknown.add_line(self.table.beams(), range_m, weight_m);
         self.recent.line(line.y_m, weight_m);
         self.outline.add_line(weight_m);
         self.patches.add_line(range_m);
@@ -300,7 +293,9 @@ impl Row {
         self.sightings.clear();
         for ((beam, &range_m), &fresh) in self.table.beams().iter().zip(range_m).zip(self.patches.fresh()) {
             let Some(beam) = beam else { continue };
-            let place = match reading(range_m) {
+            let found = reading(range_m);
+            self.unknown.add(beam, found == Reading::Invalid, weight_m);
+            let place = match found {
                 Reading::Return => Some(self.frame.place(beam, range_m)),
                 Reading::Miss => None,
                 Reading::Invalid => continue,

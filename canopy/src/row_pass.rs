@@ -16,13 +16,8 @@ use crate::row::Row;
 use crate::shares::Shares;
 use crate::warning::Warning;
 
-/// Turns from one line of the layer that is used to the next, with those of other layers between.
-fn turns_a_line(model: &str) -> f64 {
-    match AnyModel::by_name(model) {
-        Some(AnyModel::Cola(model)) => model.layers.len().max(1) as f64,
-        _ => 1.0,
-    }
-}
+/// Ticks that neighbouring lines may be apart, however slowly it goes.
+const TICKS_APART: f64 = 2.0;
 
 /// What the latest telegram states.
 #[derive(Clone, Copy, Debug)]
@@ -38,8 +33,10 @@ pub(crate) struct RowPass {
     pub(crate) mount: Mount,
     pub(crate) advance: Advance,
     pub(crate) odometry: Odometry,
-    /// Whether the tractor stood while its encoder did.
+    /// What speaks against the encoder.
     pub(crate) witness: EncoderWitness,
+    /// Turns from one line of the layer that is used to the next.
+    pub(crate) turns_a_line: f64,
     pub(crate) row: Row,
     pub(crate) open: OpenLine,
     /// What remission says of shares; `None` where it is not read.
@@ -63,12 +60,16 @@ impl RowPass {
             .scanners
             .get(mount_index)
             .ok_or(PipelineError::NoSuchMount { index: mount_index, mounts: rig.scanners.len() })?;
+        let turns_a_line = f64::from(AnyModel::by_name(&mount.model).map_or(1, AnyModel::turns_a_line));
+        // Without an encoder no tick ever comes.
+        let tick_m = rig.encoder_ticks_per_m.map_or(f64::INFINITY, |ticks_per_m| 1.0 / ticks_per_m.abs());
         Ok(Self {
             rig: rig.clone(),
             mount: mount.clone(),
-            advance: Advance::new(parameters.max_gap_steps * turns_a_line(&mount.model)),
+            advance: Advance::new(parameters.max_gap_steps * turns_a_line),
             odometry: Odometry::default(),
-            witness: EncoderWitness::default(),
+            witness: EncoderWitness::new(tick_m, rig.speed_m_s),
+            turns_a_line,
             row: Row::new(rig, mount, parameters)?,
             open: OpenLine::default(),
             shares: Shares::new(&parameters),
@@ -76,20 +77,17 @@ impl RowPass {
         })
     }
 
-    /// Turns from one line to the next.
-    pub(crate) fn turns_a_line(&self) -> f64 {
-        turns_a_line(&self.mount.model)
-    }
-
-    /// From tick to tick of the rig's encoder at its speed, seconds; infinite of a rig without.
-    pub(crate) fn seconds_a_tick(&self) -> f64 {
-        self.rig.encoder_ticks_per_m.map_or(f64::INFINITY, |ticks| 1.0 / (ticks.abs() * self.rig.speed_m_s))
+    /// Its source is settled: ticks of an encoder are no gaps.
+    pub(crate) fn settle_source(&mut self) {
+        if self.odometry.source() == Some(AdvanceSource::Encoder) {
+            self.advance.resolve(TICKS_APART * self.witness.tick_m());
+        }
     }
 
     /// What scans, and the rig's speed, say against the encoder, if the advance is taken from it; of so many valid scans.
     pub(crate) fn doubts_of_encoder(&self, valid: u64) -> impl Iterator<Item = Warning> {
         let by_encoder = self.odometry.source() == Some(AdvanceSource::Encoder);
-        let doubts = by_encoder.then(|| self.witness.doubts(valid, self.rig.speed_m_s));
+        let doubts = by_encoder.then(|| self.witness.doubts(valid));
         doubts.into_iter().flatten().flatten()
     }
 

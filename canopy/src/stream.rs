@@ -27,8 +27,6 @@ use rowscan_protocol::counting::{Counting, Link, Turn, nominal_period_s};
 
 /// For so long after the first scan a reading of the encoder is awaited, seconds.
 const READING_AWAITED_S: f64 = 1.0;
-/// Ticks that neighbouring lines may be apart, however slowly it goes.
-const TICKS_APART: f64 = 2.0;
 /// An encoder that has not counted while the rig's speed covers this way, metres, is dead.
 const DEAD_AFTER_M: f64 = 1.0;
 
@@ -247,17 +245,16 @@ impl Pipeline {
             *pass = *untouched;
         }
         let ticks = scan.encoders.first().map(|reading| reading.position_ticks);
-        if pass.odometry.source().is_none() {
+        let unsettled = pass.odometry.source().is_none();
+        if unsettled {
             self.fallback = Some(Box::new(pass.without_encoder()));
             let may_come = ticks.is_none() && speed.is_none() && pass.odometry.wants_encoder(&pass.rig);
             self.untouched = may_come.then(|| Box::new(pass.clone()));
         }
         let nominal_step_m = pass.rig.speed_m_s * nominal_period_s(self.counting.nominal_hz(scan));
         let y_m = pass.odometry.y_m(&pass.rig, ticks, travel_s, speed);
-        if let (Some(AdvanceSource::Encoder), Some(ticks_per_m)) =
-            (pass.odometry.source(), pass.rig.encoder_ticks_per_m)
-        {
-            pass.advance.resolve(TICKS_APART / ticks_per_m.abs());
+        if unsettled {
+            pass.settle_source();
         }
         if !pass.odometry.may_be_dead() {
             self.fallback = None;
@@ -269,10 +266,8 @@ impl Pipeline {
             return;
         }
         if let (Some(AdvanceSource::Encoder), Some(ticks)) = (pass.odometry.source(), ticks) {
-            let tick_s = pass.seconds_a_tick();
-            let line_s = nominal_step_m * pass.turns_a_line() / pass.rig.speed_m_s;
-            let pace = (tick_s, line_s, pass.rig.speed_m_s);
-            pass.witness.observe(ticks, Counted { y_m, travel_s }, pace, scan.beams, range_m);
+            let line_m = nominal_step_m * pass.turns_a_line;
+            pass.witness.observe(ticks, Counted { y_m, travel_s }, line_m, scan.beams, range_m);
         }
         pass.open(y_m, link, nominal_step_m, scan.beams, range_m, remission);
         if let Some((pass, y_m)) = self.fallback.as_mut().zip(fallback_y_m) {

@@ -2,7 +2,7 @@
 //!
 //! Beams that are lost here and there leave densities what they are; what is lost in the same directions all along the row hides a part of it.
 
-use crate::geometry::{Beam, Reading, reading};
+use crate::geometry::Beam;
 
 /// A direction whose beams are unknown for more of their weight than this does not see the row.
 const MOST: f64 = 0.5;
@@ -23,18 +23,12 @@ impl Default for UnknownBeams {
 }
 
 impl UnknownBeams {
-    /// Adds a line.
-    pub(crate) fn add_line(&mut self, beams: &[Option<Beam>], range_m: &[f64], weight_m: f64) {
-        for (beam, range_m) in beams.iter().zip(range_m) {
-            let Some(beam) = beam else { continue };
-            let direction = (beam.theta_rad / core::f64::consts::PI + 0.5) * DIRECTIONS as f64;
-            let Some([all_m, unknown_m]) = self.weights_m.get_mut(direction.max(0.0) as usize) else {
-                continue;
-            };
+    /// Adds a beam of a line with this weight.
+    pub(crate) fn add(&mut self, beam: &Beam, is_unknown: bool, weight_m: f64) {
+        let direction = (beam.theta_rad / core::f64::consts::PI + 0.5) * DIRECTIONS as f64;
+        if let Some([all_m, unknown_m]) = self.weights_m.get_mut(direction.max(0.0) as usize) {
             *all_m += weight_m;
-            if reading(*range_m) == Reading::Invalid {
-                *unknown_m += weight_m;
-            }
+            *unknown_m += if is_unknown { weight_m } else { 0.0 };
         }
     }
 

@@ -199,16 +199,15 @@ fn window(mount: &Mount) -> FrontWindow {
 /// What the rule for the voxel edge asks of a mount: beams and lines at the row axis, by the rig or the model's own mode.
 fn sampling(rig: &Rig, mount: &Mount) -> Sampling {
     let default = Sampling::default();
-    let model = match AnyModel::by_name(&mount.model) {
-        Some(AnyModel::Cola(model)) => Some(model),
+    let model = AnyModel::by_name(&mount.model);
+    let own = match model {
+        Some(AnyModel::Cola(model)) => Some(model.default_mode),
         _ => None,
     };
-    let own = model.map(|model| model.default_mode);
     let step_deg = mount.resolution_deg.or(own.map(|mode| exact_step_deg(mode.step)));
     let frequency_hz = mount.frequency_hz.or(own.map(|mode| f64::from(mode.frequency_centihz) / 100.0));
-    // A line is a turn of the layer that is used: turns of the others lie between.
-    let lines_hz =
-        frequency_hz.map(|hertz| hertz / model.map_or(1.0, |model| model.layers.len().max(1) as f64));
+    // A line is a turn of the layer that is used.
+    let lines_hz = frequency_hz.map(|hertz| hertz / f64::from(model.map_or(1, AnyModel::turns_a_line)));
     Sampling {
         spacing_m: step_deg
             .zip(lines_hz)

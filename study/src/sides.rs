@@ -50,7 +50,7 @@ pub enum SidesError {
 /// From where a row was scanned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum From {
+pub enum SeenFrom {
     /// Its first alley.
     One,
     /// The other one.
@@ -62,9 +62,9 @@ pub enum From {
 }
 
 /// All of them, in the order of tables.
-const WAYS: [From; 4] = [From::One, From::Other, From::Both, From::Mean];
+const WAYS: [SeenFrom; 4] = [SeenFrom::One, SeenFrom::Other, SeenFrom::Both, SeenFrom::Mean];
 
-impl From {
+impl SeenFrom {
     /// Its name in tables.
     pub fn name(self) -> &'static str {
         match self {
@@ -86,7 +86,7 @@ pub struct SidesFound {
     /// `rays` or `eye`.
     pub beams: &'static str,
     /// From where.
-    pub from: From,
+    pub from: SeenFrom,
     /// Rows that were told.
     pub rows: usize,
     /// Mean of estimate / truth − 1.
@@ -230,7 +230,7 @@ fn summed_up(
     scene: &str,
     model: &'static str,
     beams: &'static str,
-    from: From,
+    from: SeenFrom,
     rows: &[&RowFound],
 ) -> Option<SidesFound> {
     let ratios: Vec<f64> = rows.iter().map(|row| row.ratio - 1.0).collect();

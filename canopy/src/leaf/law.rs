@@ -119,6 +119,11 @@ impl<'a> Law<'a> {
         self.share.as_ref().unwrap_or(&self.contact)
     }
 
+    /// The row's raw leaf area a metre of canopy, m.
+    pub(crate) fn raw_m2_per_m(&self) -> f64 {
+        self.counted().raw_m2 / self.row.length_m
+    }
+
     /// Whether remission is read, and nearly all hits have it.
     pub(crate) fn reads_remission(&self) -> bool {
         self.reads_remission

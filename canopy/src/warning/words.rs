@@ -266,8 +266,8 @@ impl fmt::Display for Warning {
             ),
             Self::GroundSlope { found_deg, told_deg, withheld } => write!(
                 f,
-                "the ground has a slope of {found_deg:.1}° (positive: it rises to the tractor's right), the rig says {told_deg:.1}°: on one side of the row it counts as leaves, on the other \
-                 leaves may count as it{}; set the rig's `ground_slope_deg` (an alley driven back has the other sign), or where the ground is so, the mount's `roll_deg`",
+                "the ground has a slope of {found_deg:.1}° (positive: it rises to the tractor's right), the rig says {told_deg:.1}°: ground counts as leaves on one side of \
+                 the row, and leaves as ground on the other{}; set the rig's `ground_slope_deg` (an alley driven back has the other sign), or, if the rig tells the ground's slope, correct the mount's `roll_deg`",
                 if *withheld { ", and leaf areas are withheld" } else { "" }
             ),
             Self::GroundLevel { level_m, clearance_m } => write!(

@@ -94,6 +94,14 @@ impl AnyModel {
         }
     }
 
+    /// Turns from one line of a layer to its next: those of the other layers lie between.
+    pub fn turns_a_line(self) -> u32 {
+        match self {
+            Self::Cola(model) => model.layers.len().max(1) as u32,
+            Self::Lms2xx(_) => 1,
+        }
+    }
+
     /// Name on the command line and in rig files.
     pub fn name(self) -> &'static str {
         match self {

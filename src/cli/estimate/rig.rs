@@ -32,6 +32,8 @@ pub(super) struct Recorded {
     model: Option<AnyModel>,
     /// The width of the beams, where the recording knows it.
     optics: Option<BeamWidth>,
+    /// The seed that it was made with, where the recording knows it.
+    pub(super) seed: Option<u64>,
     pub(super) warnings: Vec<Warning>,
     /// Why the truth of the rig's scene is not its truth.
     pub(super) other_scene: Option<String>,
@@ -105,7 +107,7 @@ impl Recorded {
         let other_optics =
             other_optics.map(|(recorded, given)| Warning::OtherOptics { recorded, given, is_known });
         let warnings = other_rig.into_iter().chain(other_optics).collect();
-        Self { optics, warnings, other_scene, ..Self::default() }
+        Self { optics, seed: about.seed, warnings, other_scene, ..Self::default() }
     }
 
     /// The rig that this source is measured by.

@@ -24,10 +24,11 @@ pub(super) fn true_scene(
             Some(why) => say(format_args!(
                 "{source}: no truth is told: {why}; --seed N says that this scene is the right one, with seed N"
             )),
-            None => here.push(source),
+            None => here.push((source, recorded.seed)),
         }
     }
-    let recorded = || here.iter().find_map(|source| source.peek())?.about().seed;
-    let seed = recorded().unwrap_or(scene.seed);
+    // The first recording's: a live scanner knows of no seed.
+    let first = here.iter().find(|(source, _)| matches!(source, Source::Recording { .. }));
+    let seed = first.and_then(|(_, seed)| *seed).unwrap_or(scene.seed);
     (!here.is_empty()).then_some(Scene { seed, ..scene })
 }
