@@ -91,6 +91,7 @@ impl Sampled {
             voxels_visited: self.visited,
             voxels_unvisited: self.unvisited,
             leaf_area_filled_m2: Some(self.filled_m2),
+            clumping: None,
         }
     }
 }

@@ -5,7 +5,9 @@ use rowscan_protocol::host::SettingNote;
 use rowscan_protocol::model::AnyModel;
 use serde::Serialize;
 
+use crate::calibration::ClumpingBy;
 use crate::calibration::model::CalibrationClass;
+use crate::clumping::Clumping;
 use crate::cut::{CutMethod, FoundTree};
 use crate::estimator::measure::Measure;
 pub use crate::leaf::LeafAreaEstimator;
@@ -183,6 +185,19 @@ pub struct ContactReport {
     pub voxels_unvisited: u64,
     /// The share of the raw leaf area that stands in unvisited voxels, by the fill rule; m². `None` where leaf areas are withheld.
     pub leaf_area_filled_m2: Option<f64>,
+    /// How close together the leaves stand; `None` of rays, and where nothing was hit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clumping: Option<Clumping>,
+}
+
+impl ContactReport {
+    /// Where raw leaf areas have from how close together leaves stand.
+    pub fn clumping_by(&self) -> ClumpingBy {
+        match self.clumping {
+            Some(Clumping { factor: Some(_), .. }) => ClumpingBy::Scans,
+            _ => ClumpingBy::Constant,
+        }
+    }
 }
 
 /// What came of joining the passes.

@@ -14,6 +14,7 @@ use std::f64::consts::PI;
 use rowscan_protocol::optics::{Optics, Spot};
 use rowscan_protocol::rig::EchoChoice;
 
+use crate::clumping_law::ClumpingLaw;
 use crate::error::PipelineError;
 
 /// A scanner's spot, what it takes for an echo, and the leaves it falls on.
@@ -37,6 +38,8 @@ pub struct Footprint {
     pub clumping: f64,
     /// Size of a clump, metres: κ is half for a spot whose rim reaches that far. Infinite for leaves strewn at random.
     pub clump_m: f64,
+    /// What the row's own scans say of its clumps, over κ; `None` where that was not fitted for such optics.
+    pub law: Option<&'static ClumpingLaw>,
 }
 
 /// The glass that light passes on its way out and back.
@@ -120,6 +123,7 @@ impl Footprint {
             merged_m,
             clumping,
             clump_m,
+            law: ClumpingLaw::of(optics),
         }
     }
 
@@ -275,6 +279,7 @@ mod tests {
             merged_m: 0.0,
             clumping: 1.0,
             clump_m: f64::INFINITY,
+            law: None,
         };
         // 12.0 cm² and 143 mm projected; +200 % with 0.9 of the nominal radius of 14.5 mm.
         assert!((touch.inflation(1.4, 0.5) - 3.0).abs() < 0.02, "{}", touch.inflation(1.4, 0.5));
@@ -305,6 +310,7 @@ mod tests {
             merged_m: 1.0,
             clumping: 1.0,
             clump_m: CROWN_CLUMP_M,
+            law: None,
         }
     }
 

@@ -239,7 +239,7 @@ fn tell_how_sure(
     };
     // The error of the spot correction is part of a calibration on wide beams.
     let through_the_eye = calibration.is_some_and(|calibration| calibration.class.optics != Optics::Ideal);
-    let of_spot = if through_the_eye { 0.0 } else { amplified * pass.row.spot_relative_sd() };
+    let of_spot = if through_the_eye { 0.0 } else { amplified * law.spot_relative_sd() };
     let leaf = &mut estimate.leaf;
     let leaf_m2 = leaf.areas.best_m2().ok();
     let ends = |sd: f64| leaf_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
@@ -283,8 +283,10 @@ fn row(
     let Mount { height_m, distance_m, offset_y_m, yaw_deg, pitch_deg, roll_deg, .. } = pass.mount;
     estimate.mount = Some(MountReport { height_m, distance_m, offset_y_m, yaw_deg, pitch_deg, roll_deg });
     let contact = pass.row.contact_report();
-    let filled_m2 = contact.leaf_area_filled_m2.filter(|_| leaves.is_ok());
-    estimate.contact = Some(ContactReport { leaf_area_filled_m2: filled_m2, ..contact });
+    let of_hits = contact.leaf_area_filled_m2.zip(law.clumping().ok());
+    let filled_m2 = of_hits.map(|(sum_m2, clumping)| sum_m2 * clumping);
+    estimate.contact =
+        Some(ContactReport { leaf_area_filled_m2: filled_m2, clumping: law.measured_clumping(), ..contact });
     estimate.other_side = pass.row.sides();
     if let Some(SidesReport { correlation: Some(_), shift_m: Some(shift_m), .. }) = estimate.other_side {
         estimate.warnings.push(Warning::SidesShifted { shift_m });
@@ -331,7 +333,7 @@ fn row(
     leaf.areas = law.row();
     // Shares have no rims to be taken out.
     leaf.spot_relative_sd =
-        pass.rig.optics.map(|_| if law.goes_by_shares() { 0.0 } else { pass.row.spot_relative_sd() });
+        pass.rig.optics.map(|_| if law.goes_by_shares() { 0.0 } else { law.spot_relative_sd() });
     leaf.estimator = Some(law.estimator());
     leaf.regression = calibration.map(Calibration::best_regression);
     let mean_m2_per_m = calibration.filter(|_| leaves.is_ok()).map(|c| c.training.mean_leaf_area_m2_per_m);
@@ -371,7 +373,7 @@ fn row(
     }
     estimate.measures =
         pass.row.measures(scanned_m).into_iter().map(|measure: Measure| measure.told(leaves)).collect();
-    estimate.trees_found = pass.row.trees_found(leaves);
+    estimate.trees_found = pass.row.trees_found(law.clumping());
     let metres = pass.row.metres.iter();
     estimate.slices.extend(metres.map(|cell| slice(cell, law.areas(&Sums::from(cell), cell.scanned_m))));
     match leaves {

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use rowscan_protocol::rig::{Mount, Rig, RowSide};
+use rowscan_protocol::rig::{EchoChoice, Mount, Rig, RowSide};
 
 use crate::advance::Weighted;
 use crate::beam_line::BeamLine;
+use crate::clumping::{Clumping, ClumpingSums};
 use crate::contact::{Sampled, density};
 use crate::cut::{CutMethod, FoundTree, Profile, TrunkZone};
 use crate::error::PipelineError;
@@ -15,7 +16,7 @@ use crate::estimator::{
 };
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
 use crate::ground_line::{GroundLine, OtherSlope};
-use crate::leaf::{SliceLeaf, Slices, Withheld, by_band};
+use crate::leaf::{Known, SliceLeaf, Slices, by_band};
 use crate::level::{LevelSurface, Levels};
 use crate::looks::Looks;
 use crate::other_side::{Joining, Kept, OtherSide};
@@ -43,6 +44,7 @@ pub(crate) struct Row {
     patches: Patches,
     /// Of the slices that have ended.
     contact: Sampled,
+    clumping: ClumpingSums,
     /// The last of them.
     slices: Slices,
     estimators: Estimators,
@@ -128,6 +130,7 @@ impl Row {
             voxels: Voxels::new(&frame, rig.row_spacing_m, &parameters),
             patches: Patches::default(),
             contact: Sampled::default(),
+            clumping: ClumpingSums::default(),
             slices: Slices::default(),
             estimators: Estimators::default(),
             sightings: Vec::new(),
@@ -159,9 +162,16 @@ impl Row {
         self.parameters.footprint.is_some()
     }
 
-    /// Relative standard deviation of the leaf area for what the beams' width was taken out by, at the row plane; 0 for ideal rays.
-    pub(crate) fn spot_relative_sd(&self) -> f64 {
-        self.parameters.spot_relative_sd(self.frame.distance_m)
+    /// Relative standard deviation of the leaf area for what the beams' width was taken out by, at the row plane, where so much is known of how leaves stand; 0
+    /// for ideal rays.
+    pub(crate) fn spot_relative_sd(&self, clumping: Option<&Clumping>) -> f64 {
+        let law = self.parameters.footprint.and_then(|footprint| footprint.law);
+        let by_law =
+            law.zip(clumping).filter(|(law, clumping)| clumping.factor.is_some() && law.holds(clumping));
+        by_law.map_or_else(
+            || self.parameters.spot_relative_sd(self.frame.distance_m),
+            |(law, _)| law.relative_sd,
+        )
     }
 
     /// The same by how well the smallest share is known that is an echo.
@@ -413,6 +423,7 @@ impl Row {
         let (leaf_m2, share_m2) = (sampled.leaf_m2, self.voxels.share_leaf_area_m2());
         self.slices.push(self.slice_leaf(open));
         self.contact.add(&sampled);
+        self.clumping.add(&ClumpingSums::of(&self.voxels));
         self.totals.contact_m2 += leaf_m2;
         self.totals.share_m2 += share_m2;
         self.totals.hits += self.voxels.hits();
@@ -526,6 +537,16 @@ impl Row {
         sampled
     }
 
+    /// How the leaves stand, as if the row ended here; `None` of rays, and where nothing was hit.
+    pub(crate) fn clumping_so_far(&self) -> Option<Clumping> {
+        let footprint = self.parameters.footprint?;
+        let mut sums = self.clumping;
+        if self.open.is_some() {
+            sums.add(&ClumpingSums::of(&self.voxels));
+        }
+        sums.measured(footprint.law.filter(|_| footprint.echo == Some(EchoChoice::First)))
+    }
+
     /// The slices of the window just driven past, the latest first.
     pub(crate) fn window_slices(&self) -> impl Iterator<Item = SliceLeaf> + '_ {
         let open = self.open.filter(|_| self.slices.is_empty());
@@ -548,10 +569,13 @@ impl Row {
     }
 
     /// The trees the data show.
-    pub(crate) fn trees_found(&self, leaves: Result<(), Withheld>) -> Vec<TreesFound> {
-        let told = |tree: FoundTree| FoundTree {
-            leaf_area_contact_raw_m2: tree.leaf_area_contact_raw_m2.filter(|_| leaves.is_ok()),
-            ..tree
+    pub(crate) fn trees_found(&self, clumping: Known) -> Vec<TreesFound> {
+        let told = |tree: FoundTree| {
+            let of_hits = tree.leaf_area_contact_raw_m2.zip(clumping.ok());
+            FoundTree {
+                leaf_area_contact_raw_m2: of_hits.map(|(sum_m2, clumping)| sum_m2 * clumping),
+                ..tree
+            }
         };
         let found = |(method, profile): (&CutMethod, &Profile)| TreesFound {
             method: *method,

@@ -8,6 +8,7 @@ mod paths;
 
 pub(crate) use self::paths::{Paths, Region};
 use crate::beam_line::BeamLine;
+use crate::closing::Closing;
 use crate::delays::Delays;
 use crate::error::PipelineError;
 use crate::geometry::{Beam, Frame, Reading, reading};
@@ -33,6 +34,8 @@ pub(crate) struct Voxels {
     delays: Delays,
     /// Returns closer than this are one echo.
     merged_m: f64,
+    /// Of beams with a width.
+    closing: Option<Closing>,
     parameters: Parameters,
 }
 
@@ -81,6 +84,9 @@ pub(crate) struct Voxel {
     pub(crate) share_hits_per_m: f64,
     /// Σ line weight · ∫ dr / range² over the free paths of the shares of those beams.
     pub(crate) share_path: f64,
+    /// As `hits_m` and `path_m2`, of what blocks beams over two spots on end ([`Closing`]); 0 for rays.
+    pub(crate) closed_hits_m: f64,
+    pub(crate) closed_path_m2: f64,
 }
 
 impl Voxel {
@@ -93,6 +99,8 @@ impl Voxel {
         self.beams = self.beams.saturating_add(other.beams);
         self.share_hits_per_m += other.share_hits_per_m;
         self.share_path += other.share_path;
+        self.closed_hits_m += other.closed_hits_m;
+        self.closed_path_m2 += other.closed_path_m2;
     }
 
     /// Contact frequency, hits a metre of free path; None where too few beams entered.
@@ -159,6 +167,7 @@ impl Voxels {
             min_beams: parameters.min_beams.max(1),
             delays: Delays::new(parameters),
             merged_m: parameters.footprint.map_or(0.0, |footprint| footprint.merged_m),
+            closing: parameters.footprint.map(|footprint| Closing::of(&footprint, frame.distance_m)),
             parameters: *parameters,
         }
     }
@@ -178,35 +187,33 @@ impl Voxels {
     pub(crate) fn add_line(&mut self, line: &BeamLine<'_>, fresh: &[bool], weight_m: f64) {
         self.length_m += weight_m;
         self.add_shares(line, weight_m);
-        for ((way, &range_m), &fresh) in self.paths.ways.iter().zip(line.range_m).zip(fresh) {
-            let end_m = match reading(range_m) {
-                Reading::Return => range_m,
-                Reading::Miss => f64::INFINITY,
-                Reading::Invalid => continue,
-            };
-            let mut from_m = way.entry_m;
-            if end_m < from_m {
-                continue;
-            }
-            let steps = self.paths.steps.get(way.first..way.last).unwrap_or_default();
-            // A blended range lies behind the leaf that was met first; the ground stays where it is.
-            let inside = steps.last().is_some_and(|last| end_m < last.exit_m);
-            let end_m = if inside { (end_m - self.delays.at(end_m)).max(from_m) } else { end_m };
-            for step in steps {
-                let Some(voxel) = self.voxels.get_mut(step.voxel) else { break };
+        self.add_closed(line, weight_m);
+        let Self { paths, voxels, delays, hits, patches, .. } = self;
+        for ((way, &range_m), &fresh) in paths.ways.iter().zip(line.range_m).zip(fresh) {
+            paths.follow(way, range_m, delays, |step, path_m, ends| {
+                let Some(voxel) = voxels.get_mut(step.voxel) else { return };
                 voxel.beams = voxel.beams.saturating_add(1);
-                let path_m = (step.exit_m.min(end_m) - from_m) * step.inflation;
                 voxel.path_m2 += weight_m * path_m;
-                if end_m < step.exit_m {
+                if ends {
                     voxel.hits_m += weight_m;
                     voxel.hits_m2 += weight_m * weight_m;
                     voxel.hit_path_m3 += weight_m * weight_m * path_m;
-                    self.hits += 1;
-                    self.patches += u64::from(fresh);
-                    break;
+                    *hits += 1;
+                    *patches += u64::from(fresh);
                 }
-                from_m = step.exit_m;
-            }
+            });
+        }
+    }
+
+    /// The same of beams that pass where any beam within two spots does.
+    fn add_closed(&mut self, line: &BeamLine<'_>, weight_m: f64) {
+        let Self { paths, voxels, delays, closing: Some(closing), .. } = self else { return };
+        for (way, range_m) in paths.ways.iter().zip(closing.close(line)) {
+            paths.follow(way, range_m, delays, |step, path_m, ends| {
+                let Some(voxel) = voxels.get_mut(step.voxel) else { return };
+                voxel.closed_path_m2 += weight_m * path_m;
+                voxel.closed_hits_m += if ends { weight_m } else { 0.0 };
+            });
         }
     }
 
@@ -337,6 +344,17 @@ impl Voxels {
         self.hits += kept.hits;
         self.shares += kept.shares;
         self.patches += kept.patches;
+    }
+
+    /// Voxels of two layers at a time, from below, each layer in the order of x; and their shares above the ground.
+    pub(crate) fn layer_pairs(&self) -> impl Iterator<Item = (&[Voxel], &[f64])> {
+        let pair = 2 * self.region.nx.max(1);
+        self.voxels.chunks(pair).zip(self.above_ground.chunks(pair))
+    }
+
+    /// Whether beams have a width, and blocks of them are followed, too.
+    pub(crate) fn closes(&self) -> bool {
+        self.closing.is_some()
     }
 
     /// Every voxel's sums.

@@ -6,8 +6,8 @@ mod common;
 
 use common::*;
 use rowscan_canopy::calibration::{
-    CalibrationClass, CalibrationError, ContactScale, EchoRule, FitQuality, FittedRange, FittedRows, Optics,
-    Provenance, RegressionKind,
+    CalibrationClass, CalibrationError, ClumpingBy, ContactScale, EchoRule, FitQuality, FittedRange,
+    FittedRows, Optics, Provenance, RegressionKind,
 };
 use rowscan_canopy::{
     Calibration, CanopyClass, Estimate, FitError, Pipeline, RowClass, Sample, Withheld, fit,
@@ -49,6 +49,7 @@ fn rows(leaf_per_m: impl Fn(f64) -> f64) -> Vec<Sample> {
                 leaf_area_m2: leaf_per_m(impacted) * length_m,
                 spot_relative_sd: 0.0,
                 share_leaf_area_m2: None,
+                clumping: ClumpingBy::Constant,
             }
         })
         .collect()
@@ -95,6 +96,7 @@ fn contact_of(leaf_m2: &dyn Fn(usize, f64) -> f64, spot_relative_sd: f64) -> Con
             leaf_area_m2: 2.0 * leaf_m2(i, x),
             spot_relative_sd,
             share_leaf_area_m2: None,
+            clumping: ClumpingBy::Constant,
         }
     };
     line_on(&(0..10).map(row).collect::<Vec<_>>()).contact
@@ -317,6 +319,7 @@ fn around(impacted: f64, contact: f64) -> Calibration {
             leaf_area_m2: 1.0 + 2.0 * f * impacted,
             spot_relative_sd: 0.0,
             share_leaf_area_m2: None,
+            clumping: ClumpingBy::Constant,
         })
         .collect();
     line_on(&samples)
@@ -396,6 +399,7 @@ fn a_regression_that_tells_less_than_half_of_what_rows_differ_by_is_withheld() {
                 leaf_area_m2: 1.0 + 2.0 * f * impacted + off,
                 spot_relative_sd: 0.0,
                 share_leaf_area_m2: None,
+                clumping: ClumpingBy::Constant,
             })
             .collect();
         line_on(&samples)

@@ -5,7 +5,7 @@
 mod common;
 
 use common::*;
-use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics, Provenance};
+use rowscan_canopy::calibration::{CalibrationClass, ClumpingBy, EchoRule, Optics, Provenance};
 use rowscan_canopy::{Calibration, CanopyClass, Estimate, Parameters, Pipeline, RowClass, Sample, fit};
 use rowscan_protocol::rig::{BeamWidth, Mount, Rig};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
@@ -58,6 +58,7 @@ fn calibration(canopy: CanopyClass) -> Calibration {
         leaf_area_m2: 18.0 * f,
         spot_relative_sd: 0.0,
         share_leaf_area_m2: None,
+        clumping: ClumpingBy::Constant,
     };
     fit(&[0.2, 0.5, 1.0, 2.0, 4.0].map(sample), class, Provenance::default()).expect("it fits")
 }

@@ -132,6 +132,7 @@ fn footprint(radius_m: f64, least_share: f64, clumping: f64) -> Footprint {
         merged_m: 0.0,
         clumping,
         clump_m: f64::INFINITY,
+        law: None,
     }
 }
 

@@ -7,7 +7,7 @@ mod common;
 mod slab;
 
 use common::*;
-use rowscan_canopy::calibration::{self, CalibrationClass, CanopyClass, EchoRule, Provenance};
+use rowscan_canopy::calibration::{self, CalibrationClass, CanopyClass, ClumpingBy, EchoRule, Provenance};
 use rowscan_canopy::estimate::LeafAreaEstimator;
 use rowscan_canopy::{
     Calibration, Estimate, Footprint, FrontWindow, LeafShape, Parameters, Pipeline, PipelineError,
@@ -139,6 +139,7 @@ fn no_rims() -> Footprint {
         merged_m: MERGED_M,
         clumping: 1.0,
         clump_m: f64::INFINITY,
+        law: None,
     }
 }
 
@@ -257,6 +258,7 @@ fn fitted(found: &Estimate) -> Calibration {
             leaf_area_m2: 1.1 * f * found.leaf.areas.share_raw_m2().ok().unwrap(),
             spot_relative_sd: 0.0,
             share_leaf_area_m2: found.leaf.areas.share_raw_m2().ok().map(|share_m2| f * share_m2),
+            clumping: ClumpingBy::Constant,
         })
         .collect();
     let class = CalibrationClass {

@@ -46,6 +46,7 @@ fn rays(echo: Option<EchoChoice>) -> Footprint {
         merged_m: 0.0,
         clumping: 1.0,
         clump_m: f64::INFINITY,
+        law: None,
     }
 }
 

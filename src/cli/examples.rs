@@ -220,6 +220,14 @@ pub const EXAMPLES: &[Examples] = &[
         ],
     ),
     of(
+        "study clumping",
+        "optics",
+        [
+            "rowscan study clumping spindle vase --lai 1,1.5,2 --distance 2,3",
+            "rowscan study clumping --model lms511,tim561 --format csv",
+        ],
+    ),
+    of(
         "study sides",
         "accuracy",
         [

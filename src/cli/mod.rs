@@ -207,6 +207,9 @@ pub enum Failure {
     /// A row that could not be tried.
     #[error(transparent)]
     Trial(#[from] rowscan_study::trial::TrialError),
+    /// Rows that tell nothing of how leaves stand.
+    #[error(transparent)]
+    Clumping(#[from] rowscan_study::clumping::ClumpingError),
     /// A row that could not be scanned from both alleys.
     #[error(transparent)]
     Sides(#[from] rowscan_study::sides::SidesError),

@@ -4,7 +4,9 @@
 mod plan;
 mod sheet;
 
-use rowscan_canopy::calibration::{CalibrationClass, FitError, MIN_SAMPLES, Provenance, Sample, fit};
+use rowscan_canopy::calibration::{
+    CalibrationClass, ClumpingBy, FitError, MIN_SAMPLES, Provenance, Sample, fit,
+};
 use rowscan_canopy::regression::{mean, student_t_95};
 use rowscan_canopy::{Calibration, Estimate, PieceLeaf, Withheld};
 use serde::Serialize;
@@ -210,6 +212,7 @@ pub fn scanned(
             spot_relative_sd: estimate.leaf.spot_relative_sd.unwrap_or(0.0),
             // Leaves by the shares of spots need a witness over whole rows.
             share_leaf_area_m2: None,
+            clumping: estimate.contact.map_or(ClumpingBy::Constant, |contact| contact.clumping_by()),
         },
         before_m2: sum(&|leaf| leaf.unshrunk).ok(),
         measured: measured.clone(),

@@ -52,6 +52,7 @@ const ROWS: &[(&str, &[&str])] = &[
     ("study physics", &["{}/small.toml", "--seeds", "201..201", "--model", "lms111", "--distance", "2"]),
     ("study eye", &["{}/small.toml", "--seeds", "401..401", "--model", "lms111", "--distance", "2"]),
     ("study pieces", &["{}/small.toml", "--seeds", "1201..1201", "--model", "lms111", "--distance", "2"]),
+    ("study clumping", &["{}/small.toml", "vase", "--lai", "1,2", "--seeds", "1..2", "--distance", "2"]),
     ("study sides", &["{}/small.toml", "--seeds", "1301..1302", "--model", "lms111"]),
     ("study field", &["--plan", "--rig", "spindle"]),
     ("study run", &["docs/examples/quick-study.toml"]),

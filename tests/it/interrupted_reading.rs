@@ -41,6 +41,7 @@ const CASES: &[&[&str]] = &[
     &["study", "eye", "F"],
     &["study", "field", "F", "--rig", "spindle"],
     &["study", "pieces", "F"],
+    &["study", "clumping", "F"],
     &["study", "sides", "F"],
     &["study", "physics", "F"],
     &["study", "recording", "F", "--model", "lms111"],

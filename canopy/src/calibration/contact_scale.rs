@@ -24,6 +24,9 @@ pub struct ContactScale {
     /// Relative standard deviation of `k`, where it was fitted on so few pieces of a real orchard that it counts; `None` where it does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k_sd: Option<f64>,
+    /// How close together leaves stand is taken from this in raw leaf areas by beams with a width.
+    #[serde(default, skip_serializing_if = "ClumpingBy::is_constant")]
+    pub clumping: ClumpingBy,
     /// How good it is.
     pub quality: FitQuality,
 }
@@ -39,6 +42,23 @@ pub struct FittedRows {
     /// Their own exponent, by ordinary least squares of ln L on ln x. Through wide beams it is larger than `p`: applied, it would
     /// enlarge the errors of rows of another class or distance.
     pub exponent: f64,
+}
+
+/// Where raw leaf areas by beams with a width have from how close together leaves stand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ClumpingBy {
+    /// A constant for crowns of fruit trees (κ); so in files of versions before this key.
+    #[default]
+    Constant,
+    /// Each row's own scans ([`Clumping`](crate::Clumping)).
+    Scans,
+}
+
+impl ClumpingBy {
+    fn is_constant(&self) -> bool {
+        *self == Self::Constant
+    }
 }
 
 fn proportion() -> f64 {

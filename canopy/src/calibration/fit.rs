@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::Estimate;
 use crate::regression::{FittedLine, Goodness, mean, spread};
 
-use super::contact_scale::{ContactScale, FittedRows};
+use super::contact_scale::{ClumpingBy, ContactScale, FittedRows};
 use super::model::{Calibration, CalibrationClass, Linear, Power, Provenance, Training, Units};
 use super::quality::FitQuality;
 use super::witness::Witness;
@@ -28,6 +28,9 @@ pub struct Sample {
     /// Raw leaf area by the shares of spots, m²; `None` where remission was not read, and in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share_leaf_area_m2: Option<f64>,
+    /// Where the raw leaf area has from how close together leaves stand; a constant in files of versions before this key.
+    #[serde(default)]
+    pub clumping: ClumpingBy,
 }
 
 impl Sample {
@@ -40,6 +43,7 @@ impl Sample {
             leaf_area_m2,
             spot_relative_sd: estimate.leaf.spot_relative_sd.unwrap_or(0.0),
             share_leaf_area_m2: estimate.leaf.areas.share_raw_m2().ok(),
+            clumping: estimate.contact?.clumping_by(),
         })
     }
 }
@@ -69,6 +73,18 @@ pub enum FitError {
         /// The value found.
         value: f64,
     },
+    /// Raw leaf areas were made in two ways.
+    #[error(
+        "row {index}: its raw leaf area has clumping by {found:?}, row 0 by {expected:?}: estimate all rows with the same version of rowscan"
+    )]
+    OtherClumping {
+        /// Which row, from 0.
+        index: usize,
+        /// Of the first row.
+        expected: ClumpingBy,
+        /// Of that row.
+        found: ClumpingBy,
+    },
     /// All rows agree in a value that the fit needs to differ, with any one row left out.
     #[error("the rows' {key} per metre do not differ enough to fit a line")]
     NoSpread {
@@ -93,7 +109,11 @@ pub fn fit(
     if samples.len() < MIN_SAMPLES {
         return Err(FitError::TooFew { expected: MIN_SAMPLES, found: samples.len() });
     }
+    let clumping = samples.first().map_or_else(ClumpingBy::default, |first| first.clumping);
     for (index, sample) in samples.iter().enumerate() {
+        if sample.clumping != clumping {
+            return Err(FitError::OtherClumping { index, expected: clumping, found: sample.clumping });
+        }
         for (key, value) in [
             ("length_m", sample.length_m),
             ("impacted_total_area_m2", sample.impacted_total_area_m2),
@@ -128,7 +148,10 @@ pub fn fit(
         training: Training { n, reference_length_m: 1.0, mean_leaf_area_m2_per_m: mean(&leaf) },
         linear: linear(&impacted, &leaf)?,
         power: power(&impacted, &leaf, 0.0)?,
-        contact: scale("contact_leaf_area_m2", &contact_raw, &leaf, mean(&spot))?,
+        contact: ContactScale {
+            clumping,
+            ..scale("contact_leaf_area_m2", &contact_raw, &leaf, mean(&spot))?
+        },
         witness: share_raw.as_ref().and_then(|share| Witness::of(&length, &contact_raw, share)),
         share: share_raw.map(|raw| scale("share_leaf_area_m2", &raw, &leaf, 0.0)).transpose()?,
     })
@@ -168,12 +191,19 @@ fn scale(key: &'static str, x: &[f64], y: &[f64], spot_sd: f64) -> Result<Contac
     };
     let fitted = FittedLine::fit(&ln_x, &ln_y).map(own);
     let good = quality(x, y, Goodness::of_line(&line, x, y));
-    let proportion = ContactScale { k: line.slope, p: 1.0, fitted, k_sd: None, quality: good };
+    let proportion = ContactScale {
+        k: line.slope,
+        p: 1.0,
+        fitted,
+        k_sd: None,
+        clumping: ClumpingBy::Constant,
+        quality: good,
+    };
     let pays = |power: &Power| {
         power.p > 1.0 && power.quality.loo_rmse_relative < PAYS * proportion.quality.loo_rmse_relative
     };
     Ok(match power(x, y, spot_sd).ok().filter(pays) {
-        Some(Power { c, p, quality }) => ContactScale { k: c, p, fitted, k_sd: None, quality },
+        Some(Power { c, p, quality }) => ContactScale { k: c, p, quality, ..proportion },
         None => proportion,
     })
 }

@@ -18,7 +18,7 @@ mod quality;
 mod witness;
 
 pub use canopy::CanopyClass;
-pub use contact_scale::{ContactScale, FittedRows};
+pub use contact_scale::{ClumpingBy, ContactScale, FittedRows};
 pub use error::CalibrationError;
 pub use fit::{FitError, MIN_SAMPLES, Sample, fit};
 pub use model::{

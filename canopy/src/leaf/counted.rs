@@ -15,6 +15,9 @@ const READ: f64 = 0.95;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Counted<'a> {
     pub(crate) count: Count,
+    /// What sums of that count are multiplied by to be raw leaf areas: how the row's leaves stand, for hits of beams with a width.
+    pub(crate) clumping: f64,
+    /// The row's raw leaf area: as rays would have it, as well as is known.
     pub(crate) raw_m2: f64,
     pub(crate) scale: Option<&'a ContactScale>,
     /// What raw leaf areas are multiplied by: the row's own factor, for its trees, metres and windows too. So they add up to the row, and the exponent does not
@@ -23,13 +26,30 @@ pub(crate) struct Counted<'a> {
 }
 
 impl<'a> Counted<'a> {
-    fn new(count: Count, raw_m2: f64, canopy_m: f64, scale: Option<&'a ContactScale>) -> Self {
-        Self { count, raw_m2, scale, factor: scale.map_or(1.0, |scale| scale.factor(raw_m2 / canopy_m)) }
+    fn new(
+        count: Count,
+        (sum_m2, clumping): (f64, f64),
+        canopy_m: f64,
+        scale: Option<&'a ContactScale>,
+    ) -> Self {
+        let raw_m2 = clumping * sum_m2;
+        let factor = scale.map_or(1.0, |scale| scale.factor(raw_m2 / canopy_m));
+        Self { count, clumping, raw_m2, scale, factor }
     }
 
-    /// By hits.
-    pub(super) fn by_hits(totals: &Totals, calibration: Option<&'a Calibration>) -> Self {
-        Self::new(Count::Hits, totals.contact_m2, totals.canopy_m, calibration.map(|c| &c.contact))
+    /// By hits, of leaves that stand like this.
+    pub(super) fn by_hits(totals: &Totals, clumping: f64, calibration: Option<&'a Calibration>) -> Self {
+        let scale = calibration.map(|c| &c.contact);
+        Self::new(Count::Hits, (totals.contact_m2, clumping), totals.canopy_m, scale)
+    }
+
+    /// The raw leaf area of a stretch of the row, m².
+    pub(super) fn raw_of(&self, sums: &Sums) -> f64 {
+        self.clumping
+            * match self.count {
+                Count::Hits => sums.contact_m2,
+                Count::Shares => sums.share_m2,
+            }
     }
 
     /// By shares of spots, where the remission of nearly all hits is read, the calibration knows what to make of it from there (leaves share a wider spot
@@ -40,6 +60,7 @@ impl<'a> Counted<'a> {
     pub(super) fn by_shares(
         row: &Row,
         totals: &Totals,
+        contact: &Counted<'_>,
         calibration: Option<&'a Calibration>,
     ) -> Result<Self, Withheld> {
         let scale = row.remission().filter(|_| reads_remission(row, totals)).ok_or(Withheld::NoShares)?;
@@ -55,19 +76,23 @@ impl<'a> Counted<'a> {
             None => {}
         }
         let (ratio, [low, high]) =
-            shares_over_contact(calibration, &Sums::from(totals)).ok_or(Withheld::NoWitness)?;
+            shares_over_contact(calibration, contact, &Sums::from(totals)).ok_or(Withheld::NoWitness)?;
         // Before the first hit there is nothing to disagree about.
-        if totals.contact_m2 > 0.0 && !(low..=high).contains(&ratio) {
+        if contact.raw_m2 > 0.0 && !(low..=high).contains(&ratio) {
             return Err(Withheld::SharesDisagree);
         }
-        Ok(Self::new(Count::Shares, totals.share_m2, totals.canopy_m, Some(share)))
+        Ok(Self::new(Count::Shares, (totals.share_m2, 1.0), totals.canopy_m, Some(share)))
     }
 }
 
 /// What a row's shares say over what its contact says, both raw, and what 99 of 100 rows of the calibration have. `None` where the calibration says nothing of it.
-pub(crate) fn shares_over_contact(calibration: &Calibration, row: &Sums) -> Option<(f64, [f64; 2])> {
-    let band = calibration.witness?.band(&calibration.contact, row.contact_m2 / row.length_m, row.length_m);
-    Some((row.share_m2 / row.contact_m2, band))
+pub(crate) fn shares_over_contact(
+    calibration: &Calibration,
+    contact: &Counted<'_>,
+    row: &Sums,
+) -> Option<(f64, [f64; 2])> {
+    let band = calibration.witness?.band(&calibration.contact, contact.raw_m2 / row.length_m, row.length_m);
+    Some((row.share_m2 / contact.raw_m2, band))
 }
 
 /// Whether remission is read, and nearly all hits have it.

@@ -1,12 +1,12 @@
 //! From sums to leaf areas, by one calibration and with one verdict.
 
 use super::areas::{Known, LeafAreas};
-use super::count::Count;
 use super::counted::{Counted, reads_remission, shares_over_contact};
 use super::estimator::LeafAreaEstimator;
 use super::sums::Sums;
 use super::withheld::Withheld;
-use crate::calibration::{Calibration, FittedRange, Optics, RegressionKind};
+use crate::calibration::{Calibration, ClumpingBy, FittedRange, Optics, RegressionKind};
+use crate::clumping::Clumping;
 use crate::row_pass::RowPass;
 
 /// Share of the hits that may be denser than foliage: trunks and posts are.
@@ -24,6 +24,10 @@ pub(crate) struct Law<'a> {
     /// The calibration's regression on I_T, or why it says nothing here.
     regression: Result<RegressionKind, Withheld>,
     contact: Counted<'a>,
+    /// How the row's leaves stand, and what is made of it; `None` of rays.
+    clumping: Option<Clumping>,
+    /// Relative standard deviation of leaf areas by hits for what the beams' width was taken out by.
+    spot_relative_sd: f64,
     /// Where remission is read, the calibration knows what to make of it, and contact bears it out.
     share: Result<Counted<'a>, Withheld>,
     reads_remission: bool,
@@ -83,13 +87,25 @@ impl<'a> Law<'a> {
             None
         };
         let spot_corrected = row.takes_out_the_spot();
+        let clumping = row.clumping_so_far().map(|measured| Clumping {
+            factor: measured.factor.filter(|_| goes_by_clumping(calibration)),
+            ..measured
+        });
+        let contact = Counted::by_hits(
+            &totals,
+            clumping.and_then(|clumping| clumping.factor).unwrap_or(1.0),
+            calibration,
+        );
+        let spot_relative_sd = row.spot_relative_sd(clumping.as_ref());
         Self {
             calibration,
             withheld,
             spot_corrected,
             regression: regression(calibration, spot_corrected),
-            contact: Counted::by_hits(&totals, calibration),
-            share: Counted::by_shares(row, &totals, calibration),
+            contact,
+            clumping,
+            spot_relative_sd,
+            share: Counted::by_shares(row, &totals, &contact, calibration),
             reads_remission: reads_remission(row, &totals),
             row: Sums::from(&totals),
             row_spacing_m: pass.rig.row_spacing_m,
@@ -142,7 +158,7 @@ impl<'a> Law<'a> {
     /// What the row's shares say over what its contact says, both raw, and what 99 of 100 rows of the calibration have.
     /// `None` where the calibration says nothing of it.
     pub(crate) fn shares_over_contact(&self) -> Option<(f64, [f64; 2])> {
-        shares_over_contact(self.calibration?, &self.row)
+        shares_over_contact(self.calibration?, &self.contact, &self.row)
     }
 
     /// Why the regression on I_T tells nothing.
@@ -171,7 +187,7 @@ impl<'a> Law<'a> {
         LeafAreas {
             best: ranged.best().known(),
             contact: ranged.contact.known(),
-            contact_raw: Ok(of.contact_m2),
+            contact_raw: Ok(self.contact.raw_of(of)),
             share: self.share.and_then(|_| ranged.share.ok_or(Withheld::NoShares)?.known()),
             share_raw: if self.reads_remission { Ok(of.share_m2) } else { Err(Withheld::NoShares) },
             regression,
@@ -185,11 +201,30 @@ impl<'a> Law<'a> {
         self.row_spacing_m.filter(|_| self.tree_spacing_m.is_some()).ok_or(Withheld::NoSpacing)
     }
 
-    /// What raw leaf areas of parts of the row are multiplied by, for parts too short to be held against a fitted range by themselves: withheld where the
+    /// What sums of parts of the row are multiplied by, for parts too short to be held against a fitted range by themselves: withheld where the
     /// row's own leaf area is.
     pub(crate) fn factor(&self) -> Known {
         self.told()?;
-        self.row_ranged().best().known().map(|_| self.counted().factor)
+        let Counted { clumping, factor, .. } = self.counted();
+        self.row_ranged().best().known().map(|_| clumping * factor)
+    }
+
+    /// How the row's leaves stand, and what is made of it; `None` of rays, and where nothing was hit.
+    pub(crate) fn measured_clumping(&self) -> Option<Clumping> {
+        self.clumping
+    }
+
+    /// Relative standard deviation of leaf areas by hits for what the beams' width was taken out by; 0 for rays.
+    pub(crate) fn spot_relative_sd(&self) -> f64 {
+        self.spot_relative_sd
+    }
+
+    /// What sums of hits of parts of the row are multiplied by to be raw leaf areas.
+    ///
+    /// # Errors
+    /// Why no leaf area is told.
+    pub(crate) fn clumping(&self) -> Known {
+        self.told().map(|()| self.contact.clumping)
     }
 
     /// Against the fitted ranges. Without a canopy return a stretch is a gap: 0, never the line's intercept.
@@ -204,10 +239,7 @@ impl<'a> Law<'a> {
             Ranged { leaf_m2, per_metre, fitted: range(per_metre) }
         };
         let scaled = |counted: &Counted<'_>| {
-            let raw_m2 = match counted.count {
-                Count::Hits => of.contact_m2,
-                Count::Shares => of.share_m2,
-            };
+            let raw_m2 = counted.raw_of(of);
             ranged(
                 counted.factor * raw_m2,
                 raw_m2,
@@ -231,6 +263,13 @@ impl<'a> Law<'a> {
             regression,
         }
     }
+}
+
+/// Whether raw leaf areas go by how the row's leaves stand: what is fitted on wide beams must be applied as it was fitted.
+fn goes_by_clumping(calibration: Option<&Calibration>) -> bool {
+    calibration.is_none_or(|calibration| {
+        calibration.class.optics == Optics::Ideal || calibration.contact.clumping == ClumpingBy::Scans
+    })
 }
 
 /// The regression on I_T that a calibration has for such beams.

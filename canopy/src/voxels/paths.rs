@@ -1,6 +1,7 @@
 //! Where the beams of a grid lead through the voxels of the scan plane.
 
-use crate::geometry::{Beam, Frame};
+use crate::delays::Delays;
+use crate::geometry::{Beam, Frame, Reading, reading};
 use crate::parameters::Parameters;
 
 /// A rectangle of voxels in the scan plane: |x − distance| < half width, ground clearance < z < top. On a slope some reach into the ground, or lie in it.
@@ -135,6 +136,38 @@ impl Paths {
             if let Some(aimed) = self.aimed.get_mut(step.voxel) {
                 *aimed = true;
             }
+        }
+    }
+
+    /// Follows a beam through its voxels to where it ends: `each` gets every step, the free path in it as rays would have it, metres, and whether the
+    /// beam ends there. Nothing of a beam that is unknown, or that ends before the region.
+    pub(super) fn follow(
+        &self,
+        way: &Way,
+        range_m: f64,
+        delays: &Delays,
+        mut each: impl FnMut(&Step, f64, bool),
+    ) {
+        let end_m = match reading(range_m) {
+            Reading::Return => range_m,
+            Reading::Miss => f64::INFINITY,
+            Reading::Invalid => return,
+        };
+        let mut from_m = way.entry_m;
+        if end_m < from_m {
+            return;
+        }
+        let steps = self.steps.get(way.first..way.last).unwrap_or_default();
+        // A blended range lies behind the leaf that was met first; the ground stays where it is.
+        let inside = steps.last().is_some_and(|last| end_m < last.exit_m);
+        let end_m = if inside { (end_m - delays.at(end_m)).max(from_m) } else { end_m };
+        for step in steps {
+            let ends = end_m < step.exit_m;
+            each(step, (step.exit_m.min(end_m) - from_m) * step.inflation, ends);
+            if ends {
+                return;
+            }
+            from_m = step.exit_m;
         }
     }
 

@@ -5,6 +5,7 @@ mod areas;
 mod budget;
 mod calibration;
 mod class_args;
+mod clumping;
 mod confirmed;
 mod confirmed_markdown;
 mod coverage;
@@ -60,6 +61,8 @@ pub(super) enum Command {
     Field(field::Args),
     /// Single trees and metres against the truth: how far each is off beside its row, by model, distance and length
     Pieces(pieces::Args),
+    /// What a row's own scans say of its clumps: the law fitted, and tried on training systems left out
+    Clumping(clumping::Args),
     /// A row from one alley, from the other, and from both as one, against the truth
     Sides(sides::Args),
     /// What each stage of the scanner's eye does to the measures: one at a time and all together, by model and distance
@@ -84,6 +87,7 @@ pub(super) async fn run(command: Command, mut interrupt: Interrupt) -> Result<Ou
         | Command::Eye(_)
         | Command::Field(_)
         | Command::Pieces(_)
+        | Command::Clumping(_)
         | Command::Sides(_)
         | Command::Physics(_)
         | Command::Recording(_) => None,
@@ -104,6 +108,7 @@ pub(super) async fn run(command: Command, mut interrupt: Interrupt) -> Result<Ou
             Command::Eye(args) => eye::run(args).await,
             Command::Field(args) => field::run(args).await,
             Command::Pieces(args) => pieces::run(args).await,
+            Command::Clumping(args) => clumping::run(args).await,
             Command::Sides(args) => sides::run(args).await,
             Command::Physics(args) => physics::run(args).await,
             Command::Recording(args) => recording::run(args).await,

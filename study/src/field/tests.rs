@@ -35,6 +35,7 @@ fn pieces(recording: &str, raw_m2: &[f64], factor: f64) -> Vec<ScannedPiece> {
             leaf_area_m2: raw_m2 * factor,
             spot_relative_sd: 0.0,
             share_leaf_area_m2: None,
+            clumping: ClumpingBy::Constant,
         },
         before_m2: Some(raw_m2 * 0.9),
     };

@@ -1,6 +1,6 @@
 //! Estimators fitted on the rows of one class.
 
-use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics, Provenance};
+use rowscan_canopy::calibration::{CalibrationClass, ClumpingBy, EchoRule, Optics, Provenance};
 use rowscan_canopy::regression::{FittedLine, mean};
 use rowscan_canopy::{Calibration, CanopyClass, Sample, fit};
 
@@ -38,6 +38,7 @@ impl Fits {
             leaf_area_m2: row.truth_m2,
             spot_relative_sd: 0.0,
             share_leaf_area_m2: None,
+            clumping: ClumpingBy::Constant,
         };
         let samples: Vec<Sample> = usable.clone().map(sample).collect();
         let per_metre: Vec<f64> = usable.clone().map(|row| row.truth_m2 / row.canopy_m).collect();
