@@ -2,30 +2,25 @@
 
 use std::sync::LazyLock;
 
-use crate::clumping::Clumping;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::optics::Optics;
 
-/// Lines of `model,constant,cells,closed,relative sd` and the ranges of both measures; the first ones say by which command, and when.
+/// What `rowscan study clumping --format csv` writes: columns beyond those read here tell how good a law is.
 static TABLE: &str = include_str!("../clumping.csv");
 
-/// How the leaf area by wide beams hangs on the measures, by a scanner's optics.
+/// How the leaf area by wide beams hangs on the measure, by a scanner's optics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClumpingLaw {
     /// The model whose optics it was fitted for.
     pub model: &'static str,
-    /// ln of the factor where both measures are 1.
+    /// ln of the factor where the measure is 1.
     pub constant: f64,
-    /// Its slope over ln `cells`.
-    pub by_cells: f64,
     /// Its slope over ln `closed`.
-    pub by_closed: f64,
+    pub slope: f64,
     /// Relative standard deviation of what it leaves, of training systems it was not fitted on.
     pub relative_sd: f64,
-    /// Smallest and largest `cells` of the fitted rows; beyond, the end's value holds.
-    pub cells: [f64; 2],
-    /// The same of `closed`.
-    pub closed: [f64; 2],
+    /// Smallest and largest `closed` of the fitted rows; beyond, the end's value holds.
+    pub fitted: [f64; 2],
 }
 
 impl ClumpingLaw {
@@ -36,19 +31,19 @@ impl ClumpingLaw {
     }
 
     /// What raw leaf areas of a row are multiplied by whose leaves stand like this.
-    pub fn factor(&self, cells: f64, closed: f64) -> f64 {
-        let within = |value: f64, [low, high]: [f64; 2]| value.clamp(low, high).ln();
-        let by_cells = self.by_cells * within(cells, self.cells);
-        (self.constant + by_cells + self.by_closed * within(closed, self.closed)).exp()
+    pub fn factor(&self, closed: f64) -> f64 {
+        let [low, high] = self.fitted;
+        (self.constant + self.slope * closed.clamp(low, high).ln()).exp()
     }
 
     /// Whether rows were fitted whose leaves stand like this.
-    pub fn holds(&self, clumping: &Clumping) -> bool {
-        let within = |value: f64, [low, high]: [f64; 2]| (low..=high).contains(&value);
-        within(clumping.cells, self.cells) && within(clumping.closed, self.closed)
+    pub fn holds(&self, closed: f64) -> bool {
+        let [low, high] = self.fitted;
+        (low..=high).contains(&closed)
     }
 }
 
+/// A law, of a line that holds one; remarks and heads do not.
 fn read(line: &'static str) -> Option<ClumpingLaw> {
     let mut fields = line.split(',');
     let model = fields.next()?;
@@ -56,10 +51,33 @@ fn read(line: &'static str) -> Option<ClumpingLaw> {
     Some(ClumpingLaw {
         model,
         constant: number()?,
-        by_cells: number()?,
-        by_closed: number()?,
+        slope: number()?,
         relative_sd: number()?,
-        cells: [number()?, number()?],
-        closed: [number()?, number()?],
+        fitted: [number()?, number()?],
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_of_the_table_is_a_law_of_a_model() {
+        for line in TABLE.lines().filter(|line| !line.starts_with(['#', 'm']) || line.starts_with("mrs")) {
+            let law = read(line).unwrap_or_else(|| panic!("no law: {line}"));
+            let model = AnyModel::by_name(law.model).expect(line);
+            assert_eq!(ClumpingLaw::of(model.optics()).map(|law| law.constant), Some(law.constant), "{line}");
+            let [low, high] = law.fitted;
+            assert!(low < high && high <= 1.0 && (0.0..0.3).contains(&law.relative_sd), "{line}");
+        }
+    }
+
+    #[test]
+    fn beyond_the_fitted_rows_the_end_holds() {
+        let law =
+            ClumpingLaw { model: "lms111", constant: 0.3, slope: 1.0, relative_sd: 0.1, fitted: [0.5, 0.8] };
+        assert!((law.factor(0.6) - 0.6 * 0.3_f64.exp()).abs() < 1e-12);
+        assert_eq!((law.factor(0.2), law.factor(0.99)), (law.factor(0.5), law.factor(0.8)));
+        assert!(law.holds(0.5) && !law.holds(0.49));
+    }
 }

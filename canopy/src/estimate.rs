@@ -5,7 +5,7 @@ use rowscan_protocol::host::SettingNote;
 use rowscan_protocol::model::AnyModel;
 use serde::Serialize;
 
-use crate::calibration::ClumpingBy;
+use crate::calibration::contact_scale::ClumpingBy;
 use crate::calibration::model::CalibrationClass;
 use crate::clumping::Clumping;
 use crate::cut::{CutMethod, FoundTree};

@@ -6,7 +6,7 @@ use rowscan_protocol::rig::{EchoChoice, Mount, Rig, RowSide};
 
 use crate::advance::Weighted;
 use crate::beam_line::BeamLine;
-use crate::clumping::{Clumping, ClumpingSums};
+use crate::clumping::Clumping;
 use crate::contact::{Sampled, density};
 use crate::cut::{CutMethod, FoundTree, Profile, TrunkZone};
 use crate::error::PipelineError;
@@ -44,7 +44,6 @@ pub(crate) struct Row {
     patches: Patches,
     /// Of the slices that have ended.
     contact: Sampled,
-    clumping: ClumpingSums,
     /// The last of them.
     slices: Slices,
     estimators: Estimators,
@@ -85,8 +84,9 @@ pub(crate) struct Row {
 pub(crate) struct Totals {
     pub(crate) impacted_m2: f64,
     pub(crate) contact_m2: f64,
-    /// The same by the shares of spots.
+    /// The same by the shares of spots, and by blocks of beams; 0 where they are not told.
     pub(crate) share_m2: f64,
+    pub(crate) closed_m2: f64,
     /// Hits in voxels, and those of them that told their share.
     pub(crate) hits: u64,
     pub(crate) shares: u64,
@@ -130,7 +130,6 @@ impl Row {
             voxels: Voxels::new(&frame, rig.row_spacing_m, &parameters),
             patches: Patches::default(),
             contact: Sampled::default(),
-            clumping: ClumpingSums::default(),
             slices: Slices::default(),
             estimators: Estimators::default(),
             sightings: Vec::new(),
@@ -166,8 +165,9 @@ impl Row {
     /// for ideal rays.
     pub(crate) fn spot_relative_sd(&self, clumping: Option<&Clumping>) -> f64 {
         let law = self.parameters.footprint.and_then(|footprint| footprint.law);
-        let by_law =
-            law.zip(clumping).filter(|(law, clumping)| clumping.factor.is_some() && law.holds(clumping));
+        let by_law = law
+            .zip(clumping)
+            .filter(|(law, clumping)| clumping.factor.is_some() && law.holds(clumping.closed));
         by_law.map_or_else(
             || self.parameters.spot_relative_sd(self.frame.distance_m),
             |(law, _)| law.relative_sd,
@@ -423,9 +423,9 @@ impl Row {
         let (leaf_m2, share_m2) = (sampled.leaf_m2, self.voxels.share_leaf_area_m2());
         self.slices.push(self.slice_leaf(open));
         self.contact.add(&sampled);
-        self.clumping.add(&ClumpingSums::of(&self.voxels));
         self.totals.contact_m2 += leaf_m2;
         self.totals.share_m2 += share_m2;
+        self.totals.closed_m2 += self.voxels.closed_leaf_area_m2();
         self.totals.hits += self.voxels.hits();
         self.totals.shares += self.voxels.shares();
         self.estimators.slice(&Slice { voxels: &self.voxels });
@@ -517,6 +517,7 @@ impl Row {
             let sampled = Sampled::of(&self.voxels, self.parameters.projection);
             totals.contact_m2 += sampled.leaf_m2;
             totals.share_m2 += self.voxels.share_leaf_area_m2();
+            totals.closed_m2 += self.voxels.closed_leaf_area_m2();
             totals.hits += self.voxels.hits();
             totals.shares += self.voxels.shares();
             let (scanned_m, canopy) = self.metre;
@@ -537,14 +538,12 @@ impl Row {
         sampled
     }
 
-    /// How the leaves stand, as if the row ended here; `None` of rays, and where nothing was hit.
-    pub(crate) fn clumping_so_far(&self) -> Option<Clumping> {
+    /// How the leaves of a row of such sums stand; `None` of rays, and where nothing was hit.
+    pub(crate) fn clumping(&self, totals: &Totals) -> Option<Clumping> {
         let footprint = self.parameters.footprint?;
-        let mut sums = self.clumping;
-        if self.open.is_some() {
-            sums.add(&ClumpingSums::of(&self.voxels));
-        }
-        sums.measured(footprint.law.filter(|_| footprint.echo == Some(EchoChoice::First)))
+        let law = footprint.law.filter(|_| footprint.echo == Some(EchoChoice::First));
+        let constant_sd = self.parameters.spot_relative_sd(self.frame.distance_m);
+        Clumping::of(totals.closed_m2, totals.contact_m2, law, constant_sd)
     }
 
     /// The slices of the window just driven past, the latest first.

@@ -87,6 +87,7 @@ pub(crate) struct Voxel {
     /// As `hits_m` and `path_m2`, of what blocks beams over two spots on end ([`Closing`]); 0 for rays.
     pub(crate) closed_hits_m: f64,
     pub(crate) closed_path_m2: f64,
+    pub(crate) closed_beams: u32,
 }
 
 impl Voxel {
@@ -101,11 +102,18 @@ impl Voxel {
         self.share_path += other.share_path;
         self.closed_hits_m += other.closed_hits_m;
         self.closed_path_m2 += other.closed_path_m2;
+        self.closed_beams = self.closed_beams.saturating_add(other.closed_beams);
     }
 
     /// Contact frequency, hits a metre of free path; None where too few beams entered.
     pub(crate) fn contact_frequency(&self, min_beams: u32) -> Option<f64> {
         (self.beams >= min_beams && self.path_m2 > 0.0).then(|| self.hits_m / self.path_m2)
+    }
+
+    /// The same of blocks of beams; None as well where beams have no width.
+    pub(crate) fn closed_frequency(&self, min_beams: u32) -> Option<f64> {
+        let read = self.closed_beams >= min_beams && self.closed_path_m2 > 0.0;
+        read.then(|| self.closed_hits_m / self.closed_path_m2)
     }
 
     /// The same by shares of spots; None as well where no remission was read. What only the rest of a spot entered tells nothing: what that met counts
@@ -211,6 +219,7 @@ impl Voxels {
         for (way, range_m) in paths.ways.iter().zip(closing.close(line)) {
             paths.follow(way, range_m, delays, |step, path_m, ends| {
                 let Some(voxel) = voxels.get_mut(step.voxel) else { return };
+                voxel.closed_beams = voxel.closed_beams.saturating_add(1);
                 voxel.closed_path_m2 += weight_m * path_m;
                 voxel.closed_hits_m += if ends { weight_m } else { 0.0 };
             });
@@ -313,6 +322,16 @@ impl Voxels {
         sum * self.volume_m3() / self.parameters.projection
     }
 
+    /// Leaf area by blocks of beams, m²: 0 of rays.
+    pub(crate) fn closed_leaf_area_m2(&self) -> f64 {
+        if self.closing.is_none() {
+            return 0.0;
+        }
+        let density = |voxel: &Voxel| voxel.closed_frequency(self.min_beams);
+        let sum: f64 = self.layers(density).map(|layer| layer.density + layer.filled).sum();
+        sum * self.volume_m3() / self.parameters.projection
+    }
+
     /// Beams that ended in a voxel and told their share.
     pub(crate) fn shares(&self) -> u64 {
         self.shares
@@ -325,7 +344,8 @@ impl Voxels {
 
     /// The open slice's sums, to be kept.
     pub(crate) fn kept(&self) -> KeptSlice {
-        let voxels = (0..).zip(&self.voxels).filter(|(_, voxel)| voxel.beams > 0 || voxel.share_path > 0.0);
+        let holds = |voxel: &Voxel| voxel.beams > 0 || voxel.closed_beams > 0 || voxel.share_path > 0.0;
+        let voxels = (0..).zip(&self.voxels).filter(|(_, voxel)| holds(voxel));
         KeptSlice {
             hits: self.hits,
             shares: self.shares,
@@ -344,17 +364,6 @@ impl Voxels {
         self.hits += kept.hits;
         self.shares += kept.shares;
         self.patches += kept.patches;
-    }
-
-    /// Voxels of two layers at a time, from below, each layer in the order of x; and their shares above the ground.
-    pub(crate) fn layer_pairs(&self) -> impl Iterator<Item = (&[Voxel], &[f64])> {
-        let pair = 2 * self.region.nx.max(1);
-        self.voxels.chunks(pair).zip(self.above_ground.chunks(pair))
-    }
-
-    /// Whether beams have a width, and blocks of them are followed, too.
-    pub(crate) fn closes(&self) -> bool {
-        self.closing.is_some()
     }
 
     /// Every voxel's sums.

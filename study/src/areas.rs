@@ -5,7 +5,7 @@ mod gates;
 mod report;
 
 use rowscan_canopy::Sample;
-use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule};
+use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, ClumpingBy, EchoRule};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model;
 use rowscan_scenes::orchard::Preset;
@@ -203,5 +203,5 @@ fn drive_past(stage: &Stage, leaf_area_m2: f64) -> Result<Option<Sample>, UnitEr
         return Ok(None);
     };
     let trial = Trial::drive_past(stage, scanner, None, &[])?;
-    Ok(Sample::of(&trial.estimate, leaf_area_m2))
+    Ok(Sample::of(&trial.estimate, leaf_area_m2, ClumpingBy::Constant))
 }

@@ -1,10 +1,11 @@
-//! What a row's own scans say of its clumps: the law of leaf area by wide beams over two measures, fitted on rows of known density, and tried on training systems
-//! that it was not fitted on.
+//! What a row's own scans say of its clumps: the law of leaf area by wide beams over what blocks of beams meet, fitted on rows of known density, and tried on
+//! training systems that it was not fitted on.
 //!
 //! The truth of it is what rays read of the same row: wood and hidden leaves are another matter, which calibrations hold.
 
 use rayon::prelude::*;
 use rowscan_canopy::Estimate;
+use rowscan_canopy::regression::FittedLine;
 use rowscan_emulator::stage::Stage;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
@@ -12,7 +13,6 @@ use rowscan_scenes::optics::Stages;
 use serde::Serialize;
 
 use crate::eye::placed;
-use crate::least_squares::{Plane, Point, plane};
 use crate::reading::{CalibrationChoice, Reading, rig_with};
 use crate::trial::{StartUpRequests, TrialError, each_scan};
 use crate::{median, rms};
@@ -51,8 +51,6 @@ pub struct ClumpingRow {
     pub rays_m2: f64,
     /// What the eye reads with a constant for clumps, no calibration, m².
     pub eye_m2: f64,
-    /// Contact in cells of twice the voxels' edge over that in the voxels.
-    pub cells: f64,
     /// Contact of blocks of beams over that of the beams.
     pub closed: f64,
 }
@@ -63,28 +61,22 @@ impl ClumpingRow {
         (self.rays_m2 / self.eye_m2).ln()
     }
 
-    fn measures(&self) -> [f64; 2] {
-        [self.cells.ln(), self.closed.ln()]
+    fn ln_closed(&self) -> f64 {
+        self.closed.ln()
     }
 }
 
-/// A scanner's law: the first nine columns are those of the table that estimates read.
+/// A scanner's law: the first six columns are those that estimates read.
 #[derive(Clone, Debug, Serialize)]
 pub struct ClumpingFit {
     /// The scanner.
     pub model: &'static str,
-    /// ln of the factor where both measures are 1.
+    /// ln of the factor where the measure is 1.
     pub constant: f64,
-    /// Its slope over ln `cells`.
-    pub by_cells: f64,
     /// Its slope over ln `closed`.
-    pub by_closed: f64,
+    pub slope: f64,
     /// Root mean square of eye / rays − 1 over training systems that were left out of the fit.
     pub relative_sd: f64,
-    /// The smallest `cells`.
-    pub cells_low: f64,
-    /// The largest.
-    pub cells_high: f64,
     /// The smallest `closed`.
     pub closed_low: f64,
     /// The largest.
@@ -225,7 +217,6 @@ fn row(
         truth_m2,
         rays_m2,
         eye_m2: eye_m2 / clumping.factor.unwrap_or(1.0),
-        cells: clumping.cells,
         closed: clumping.closed,
     }))
 }
@@ -236,20 +227,20 @@ fn fit(model: &'static str, rows: &[&ClumpingRow]) -> Result<(ClumpingFit, Vec<f
     systems.sort_unstable();
     systems.dedup();
     let too_alike = ClumpingError::TooAlike { model, rows: rows.len(), systems: systems.len() };
-    let law_of = |rows: &[&ClumpingRow]| -> Option<Plane> {
-        let points: Vec<Point> = rows.iter().map(|row| (row.measures(), row.ln_factor())).collect();
-        plane(&points)
+    let law_of = |rows: &[&ClumpingRow]| -> Option<FittedLine> {
+        let (x, y): (Vec<f64>, Vec<f64>) = rows.iter().map(|row| (row.ln_closed(), row.ln_factor())).unzip();
+        FittedLine::fit(&x, &y)
     };
-    let without = |system: &str| -> Option<Plane> {
+    let without = |system: &str| -> Option<FittedLine> {
         let others: Vec<&ClumpingRow> = rows.iter().filter(|row| row.scene != system).copied().collect();
         law_of(&others)
     };
-    let laws: Option<Vec<(&str, Plane)>> =
+    let laws: Option<Vec<(&str, FittedLine)>> =
         systems.iter().map(|system| Some((*system, without(system)?))).collect();
     let (Some(law), Some(laws)) = (law_of(rows), laws) else { return Err(too_alike) };
     let by_law = |row: &&ClumpingRow| {
         let of_system = laws.iter().find(|(system, _)| *system == row.scene);
-        of_system.map_or(f64::NAN, |(_, law)| (law.at(row.measures()) - row.ln_factor()).exp() - 1.0)
+        of_system.map_or(f64::NAN, |(_, law)| (law.at(row.ln_closed()) - row.ln_factor()).exp() - 1.0)
     };
     let left_out: Vec<f64> = rows.iter().map(by_law).collect();
     let constant: Vec<f64> = rows.iter().map(|row| row.eye_m2 / row.rays_m2 - 1.0).collect();
@@ -257,15 +248,11 @@ fn fit(model: &'static str, rows: &[&ClumpingRow]) -> Result<(ClumpingFit, Vec<f
         |errors: &[f64]| median(errors.iter().map(|error| error.abs()).collect()).unwrap_or(f64::NAN);
     let low = |of: fn(&ClumpingRow) -> f64| rows.iter().map(|row| of(row)).fold(f64::INFINITY, f64::min);
     let high = |of: fn(&ClumpingRow) -> f64| rows.iter().map(|row| of(row)).fold(0.0, f64::max);
-    let Plane { constant: at_one, slopes: [by_cells, by_closed] } = law;
     let law = ClumpingFit {
         model,
-        constant: at_one,
-        by_cells,
-        by_closed,
+        constant: law.intercept,
+        slope: law.slope,
         relative_sd: rms(&left_out),
-        cells_low: low(|row| row.cells),
-        cells_high: high(|row| row.cells),
         closed_low: low(|row| row.closed),
         closed_high: high(|row| row.closed),
         rows: rows.len(),
@@ -307,7 +294,7 @@ fn parted(model: &'static str, rows: &[&ClumpingRow], left_out: &[f64]) -> Vec<C
 mod tests {
     use super::*;
 
-    fn row(scene: &str, cells: f64, closed: f64, factor: f64) -> ClumpingRow {
+    fn row(scene: &str, closed: f64, factor: f64) -> ClumpingRow {
         ClumpingRow {
             scene: scene.to_owned(),
             model: "lms111",
@@ -317,28 +304,26 @@ mod tests {
             truth_m2: 20.0,
             rays_m2: 20.0 * factor,
             eye_m2: 20.0,
-            cells,
             closed,
         }
     }
 
     /// Rows that follow a law to the last digit.
     fn lawful() -> Vec<ClumpingRow> {
-        let measures = [(0.9, 0.6), (0.8, 0.5), (0.95, 0.7), (0.85, 0.65), (0.75, 0.6), (0.9, 0.55)];
-        let of = |(at, (cells, closed)): (usize, &(f64, f64))| {
+        let of = |(at, closed): (usize, &f64)| {
             let scene = ["spindle", "vase", "hedge"][at % 3];
-            row(scene, *cells, *closed, (0.1 - 1.8 * cells.ln() + 1.4 * closed.ln()).exp())
+            row(scene, *closed, (0.3 + 1.1 * closed.ln()).exp())
         };
-        measures.iter().enumerate().map(of).collect()
+        [0.6, 0.5, 0.7, 0.65, 0.75, 0.55].iter().enumerate().map(of).collect()
     }
 
     #[test]
     fn a_law_is_found_again_and_holds_for_systems_left_out() {
         let rows = lawful();
         let (law, left_out) = fit("lms111", &rows.iter().collect::<Vec<_>>()).expect("a law");
-        assert!((law.constant - 0.1).abs() < 1e-9 && (law.by_cells + 1.8).abs() < 1e-9, "{law:?}");
-        assert!((law.by_closed - 1.4).abs() < 1e-9 && law.relative_sd < 1e-9, "{law:?}");
-        assert_eq!((law.cells_low, law.closed_high, law.rows), (0.75, 0.7, 6));
+        assert!((law.constant - 0.3).abs() < 1e-9 && (law.slope - 1.1).abs() < 1e-9, "{law:?}");
+        assert!(law.relative_sd < 1e-9, "{law:?}");
+        assert_eq!((law.closed_low, law.closed_high, law.rows), (0.5, 0.75, 6));
         assert!(left_out.iter().all(|error| error.abs() < 1e-9) && law.constant_median > 0.1);
     }
 

@@ -23,7 +23,6 @@ mod fine_scan;
 pub mod fingerprint;
 pub mod foliage;
 pub mod journal;
-mod least_squares;
 pub mod physics;
 pub mod pieces;
 pub mod reading;

@@ -34,16 +34,23 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// The sample of a row whose true leaf area is known. None if the estimate was made without a rig.
-    pub fn of(estimate: &Estimate, leaf_area_m2: f64) -> Option<Self> {
+    /// The sample of a row whose true leaf area is known, with clumps by a constant or, where a law was fitted for the scanner, by the row's scans: rows of one
+    /// class and density scatter less by the constant. None if the estimate was made without a rig.
+    pub fn of(estimate: &Estimate, leaf_area_m2: f64, clumping: ClumpingBy) -> Option<Self> {
+        let contact = estimate.contact?;
+        let told = contact.clumping.filter(|_| contact.clumping_by() == ClumpingBy::Scans);
+        let by_constant = told.filter(|_| clumping == ClumpingBy::Constant);
         Some(Self {
             length_m: estimate.canopy_m?,
             impacted_total_area_m2: estimate.impacted_total_area_m2?,
-            contact_leaf_area_m2: estimate.leaf.areas.contact_raw_m2().ok()?,
+            contact_leaf_area_m2: estimate.leaf.areas.contact_raw_m2().ok()?
+                / by_constant.and_then(|told| told.factor).unwrap_or(1.0),
             leaf_area_m2,
-            spot_relative_sd: estimate.leaf.spot_relative_sd.unwrap_or(0.0),
+            spot_relative_sd: by_constant
+                .map_or(estimate.leaf.spot_relative_sd, |told| Some(told.constant_sd))
+                .unwrap_or(0.0),
             share_leaf_area_m2: estimate.leaf.areas.share_raw_m2().ok(),
-            clumping: estimate.contact?.clumping_by(),
+            clumping: told.map_or(ClumpingBy::Constant, |_| clumping),
         })
     }
 }

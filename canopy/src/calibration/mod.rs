@@ -10,7 +10,7 @@
 //! one far outside (a factor [`FAR`] beyond either end) is withheld.
 
 pub(crate) mod canopy;
-mod contact_scale;
+pub(crate) mod contact_scale;
 pub(crate) mod error;
 mod fit;
 pub(crate) mod model;

@@ -87,7 +87,7 @@ impl<'a> Law<'a> {
             None
         };
         let spot_corrected = row.takes_out_the_spot();
-        let clumping = row.clumping_so_far().map(|measured| Clumping {
+        let clumping = row.clumping(&totals).map(|measured| Clumping {
             factor: measured.factor.filter(|_| goes_by_clumping(calibration)),
             ..measured
         });

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, EchoRule, Provenance};
+use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, ClumpingBy, EchoRule, Provenance};
 use rowscan_canopy::{Estimate, Sample};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::AnyModel;
@@ -28,9 +28,20 @@ pub(in crate::cli) struct Args {
     /// Dress the rows to leaf area indices drawn from this range, low..high [default: as they grow]
     #[arg(long, value_name = "A..B")]
     lai: Option<LaiRange>,
+    /// How close together leaves stand: a constant, or as each row's own scans tell it, for rows of very different densities seen by a device's beams
+    #[arg(long, value_enum, default_value_t)]
+    clumping: Clumps,
     /// Write the calibration to this file instead of standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+}
+
+/// Where raw leaf areas have from how close together leaves stand.
+#[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
+enum Clumps {
+    #[default]
+    Constant,
+    Scans,
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
@@ -41,13 +52,17 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
     let provenance = Provenance {
         command: format!(
-            "rowscan study calibration {} --model {} --seeds {range}{}{}",
+            "rowscan study calibration {} --model {} --seeds {range}{}{}{}",
             args.scene.name,
             model.name(),
             args.lai.map(|lai| format!(" --lai {lai}")).unwrap_or_default(),
             match scene.optics.stages {
                 stages if stages.is_ideal() => String::new(),
                 stages => format!(" --optics {stages}"),
+            },
+            match args.clumping {
+                Clumps::Constant => "",
+                Clumps::Scans => " --clumping scans",
             }
         ),
         seeds: seeds.clone(),
@@ -58,6 +73,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if let Some(mount) = scene.rig.scanners.first_mut().filter(|_| has_power) {
         mount.remission = Some(RemissionReading::Model);
     }
+    let clumping = match args.clumping {
+        Clumps::Constant => ClumpingBy::Constant,
+        Clumps::Scans => ClumpingBy::Scans,
+    };
     let rows = Rows { seeds, lai: args.lai };
     let trials = tries(&scene, &rows, model, None).await?;
     let canopy = mean_class(trials.iter().map(|trial| &trial.class)).canopy;
@@ -65,8 +84,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         line_spacing_m: line_spacing_m(trials.iter().map(|trial| &trial.estimate)),
         ..class_of(&scene, model, canopy)
     };
-    let samples: Vec<Sample> =
-        trials.iter().filter_map(|trial| Sample::of(&trial.estimate, trial.truth.leaf_area_m2)).collect();
+    let samples: Vec<Sample> = trials
+        .iter()
+        .filter_map(|trial| Sample::of(&trial.estimate, trial.truth.leaf_area_m2, clumping))
+        .collect();
     let calibration = rowscan_canopy::fit(&samples, class, provenance)?;
     let text = output::calibration_text(&calibration)?;
     match &args.output {

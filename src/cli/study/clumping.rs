@@ -60,11 +60,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 
 fn listed(found: &ClumpingReport) -> String {
     let mut laws = Grid::new();
-    let heads = ["model", "rows", "constant", "cells", "closed", "κ: median", "κ: rms", "median", "rms"];
+    let heads = ["model", "rows", "constant", "slope", "κ: median", "κ: rms", "median", "rms"];
     output::head(&mut laws, heads.to_vec());
     for law in &found.laws {
         let count = number(Some(law.rows as f64), 0);
-        let numbers = [law.constant, law.by_cells, law.by_closed].map(|value| number(Some(value), 3));
+        let numbers = [law.constant, law.slope].map(|value| number(Some(value), 3));
         let errors = [law.constant_median, law.constant_sd, law.left_out_median, law.relative_sd];
         let errors = errors.map(|value| share(Some(value)));
         laws.add_row([Cell::new(law.model), count].into_iter().chain(numbers).chain(errors));
@@ -78,6 +78,6 @@ fn listed(found: &ClumpingReport) -> String {
         parts.add_row(head.into_iter().chain(errors));
     }
     format!(
-        "{laws}\n{parts}\nfactor = exp(constant + cells · ln cells + closed · ln closed); errors: of leaf area by the eye over that by rays, no calibration;\nκ: by the constant that estimates without a law have; median, rms, law: by a law that was fitted without the row's training system\n"
+        "{laws}\n{parts}\nfactor = exp(constant + slope · ln closed); errors: of leaf area by the eye over that by rays, no calibration;\nκ: by the constant that estimates without a law have; median, rms, law: by a law that was fitted without the row's training system\n"
     )
 }
