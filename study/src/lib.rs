@@ -22,10 +22,12 @@ pub mod figure;
 mod fine_scan;
 pub mod fingerprint;
 pub mod foliage;
+pub mod height_truth;
 pub mod journal;
 mod least_squares;
 pub mod physics;
 pub mod pieces;
+pub mod profile_beside;
 pub mod reading;
 #[cfg(test)]
 mod reading_witness;
