@@ -5,6 +5,7 @@ use rowscan_protocol::host::SettingNote;
 use rowscan_protocol::model::AnyModel;
 use serde::Serialize;
 
+use crate::by_height::HeightProfile;
 use crate::calibration::contact_scale::ClumpingBy;
 use crate::calibration::model::CalibrationClass;
 use crate::clumping::Clumping;
@@ -82,6 +83,9 @@ pub struct Estimate {
     pub trees: Vec<TreeEstimate>,
     /// By metre of row, in the order of travel.
     pub slices: Vec<SliceEstimate>,
+    /// The canopy by height, of the row and of each tree; left out where it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<HeightProfile>,
     /// Trees found in the data, by every requested method.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub trees_found: Vec<TreesFound>,

@@ -42,6 +42,7 @@
 
 mod advance;
 mod beam_line;
+mod by_height;
 mod by_range;
 pub mod calibration;
 mod card_law;
@@ -94,6 +95,7 @@ mod voxels;
 mod warning;
 pub mod window;
 
+pub use by_height::{BandEstimate, HeightProfile, TreeBands};
 pub use calibration::{Calibration, CalibrationError, CanopyClass, FitError, Sample, fit};
 pub use card_law::CardMisfit;
 pub use class::{ClassKey, RowClass, ScanGeometry};

@@ -1,5 +1,6 @@
 //! From sums to the estimate: calibration applied, warnings collected.
 
+use crate::by_height::{self, ByHeight};
 use crate::calibration::{Calibration, EchoRule, FittedRange, Optics, RegressionKind};
 use crate::class::{Compared, Holds, Look, RowClass, ScanGeometry, Standing};
 use crate::estimate::{
@@ -82,9 +83,13 @@ pub(crate) fn estimate(
             row(&mut estimate, pass, latest, &law, calibration);
             let sds = tell_how_sure(&mut estimate, pass, &law, calibration, class);
             pieces::tell(&mut estimate, piece_scatter(pass, &law), pass.row.cut().tree_spacing_m(), sds);
+            if let Some(by_height) = pass.row.by_height() {
+                by_height::tell(&mut estimate, by_height, &law, sds);
+            }
         }
         Err(why) => {
             estimate.leaf = RowLeaf::withheld(why);
+            estimate.profile = pass.and_then(|pass| pass.row.by_height()).map(ByHeight::nothing_told);
             warn_of_withheld(&mut estimate, gate, pass, why);
         }
     }

@@ -1,22 +1,23 @@
 //! One row being scanned: weighted lines in, sums out.
 
+mod told;
+
 use std::sync::Arc;
 
 use rowscan_protocol::rig::{EchoChoice, Mount, Rig, RowSide};
 
 use crate::advance::Weighted;
 use crate::beam_line::BeamLine;
+use crate::by_height::ByHeight;
 use crate::clumping::Clumping;
 use crate::contact::{Sampled, density};
-use crate::cut::{CutMethod, FoundTree, Profile, TrunkZone};
+use crate::cut::{CutMethod, Profile, TrunkZone};
 use crate::error::PipelineError;
-use crate::estimate::{ContactReport, ReturnCounts, SidesReport, TreesFound};
-use crate::estimator::{
-    Contact, EstimatorInfo, Estimators, Measure, Setting, SightedLine, Sighting, Slice, Stretch,
-};
+use crate::estimate::{ContactReport, ReturnCounts, SidesReport};
+use crate::estimator::{Contact, EstimatorInfo, Estimators, Setting, SightedLine, Sighting, Slice, Stretch};
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
 use crate::ground_line::{GroundLine, OtherSlope};
-use crate::leaf::{Known, SliceLeaf, Slices, by_band};
+use crate::leaf::{SliceLeaf, Slices, by_band};
 use crate::level::{LevelSurface, Levels};
 use crate::looks::Looks;
 use crate::other_side::{Joining, Kept, OtherSide};
@@ -71,6 +72,8 @@ pub(crate) struct Row {
     unknown: UnknownBeams,
     /// Where the scan plane leans.
     strays: Strays,
+    /// The canopy by height, if it is asked for.
+    by_height: Option<Box<ByHeight>>,
     /// Slices that are kept for a pass from the row's other side.
     kept: Option<Kept>,
     /// What a pass from the other side saw.
@@ -149,6 +152,7 @@ impl Row {
             y_m: 0.0,
             unknown: UnknownBeams::default(),
             strays: Strays::default(),
+            by_height: None,
             kept: None,
             joining: None,
             trees: Cells::new(parameters.max_cells),
@@ -261,6 +265,9 @@ impl Row {
         let Placed { area_m, returns, trunk } = self.place_returns(range_m, line);
         self.estimators.enter_tree(keys.tree);
         self.estimators.line(&SightedLine { weight_m, sightings: &self.sightings });
+        if let Some(by_height) = &mut self.by_height {
+            by_height.line(&self.sightings, weight_m);
+        }
 
         // I_T of the line: its weight × Σ 2 l sin(Δθ/2) cos θ over canopy returns, leaf and wood alike (paper eq. 4 over eq. 3).
         let impacted_m2 = weight_m * area_m;
@@ -299,7 +306,7 @@ impl Row {
     fn place_returns(&mut self, range_m: &[f64], Weighted { y_m, weight_m }: Weighted) -> Placed {
         let leans = self.frame.axes.is_some();
         let Placed { mut area_m, mut returns, mut trunk } = Placed::default();
-        let wanted = !self.estimators.is_empty();
+        let wanted = !self.estimators.is_empty() || self.by_height.is_some();
         self.sightings.clear();
         for ((beam, &range_m), &fresh) in self.table.beams().iter().zip(range_m).zip(self.patches.fresh()) {
             let Some(beam) = beam else { continue };
@@ -371,6 +378,9 @@ impl Row {
         self.close_slice(open);
         self.close_tree(open);
         self.close_metre();
+        if let Some(by_height) = &mut self.by_height {
+            by_height.close();
+        }
     }
 
     fn close_outline(&mut self, open: Keys) {
@@ -429,6 +439,9 @@ impl Row {
         self.totals.hits += self.voxels.hits();
         self.totals.shares += self.voxels.shares();
         self.estimators.slice(&Slice { voxels: &self.voxels });
+        if let Some(by_height) = &mut self.by_height {
+            by_height.close_slice(&self.voxels, self.cut.slice_faces_m(open.slice), open.tree);
+        }
         self.voxels.clear();
         if let Some(profile) = &mut self.profile {
             let [from_m, to_m] = self.cut.slice_faces_m(open.slice);
@@ -470,6 +483,9 @@ impl Row {
     fn close_tree(&mut self, open: Keys) {
         let height_m = self.heights.percentile(TOP_SHARE);
         self.heights.clear();
+        if let Some(by_height) = &mut self.by_height {
+            by_height.close_tree(open.tree);
+        }
         if let Some(tree) = open.tree.and_then(|tree| self.trees.at(tree)) {
             tree.height_m = tree.height_m.into_iter().chain(height_m).reduce(f64::max);
             let stretch = Stretch::new(tree.scanned_m, self.row_spacing_m);
@@ -555,43 +571,5 @@ impl Row {
     pub(crate) fn contact_report(&self) -> ContactReport {
         let line_spacing_m = self.totals.line_spacing_m();
         self.sampled_so_far().report(self.cut.slice_m(), line_spacing_m, &self.parameters)
-    }
-
-    /// What the estimators say of the row.
-    pub(crate) fn measures(&self, scanned_m: f64) -> Vec<Measure> {
-        self.estimators.of_row(&Stretch::new(scanned_m, self.row_spacing_m))
-    }
-
-    /// What the estimators say of a tree.
-    pub(crate) fn tree_measures(&self, tree: i64) -> &[Measure] {
-        self.estimators.of_tree(tree)
-    }
-
-    /// The trees the data show.
-    pub(crate) fn trees_found(&self, clumping: Known) -> Vec<TreesFound> {
-        let told = |tree: FoundTree| {
-            let of_hits = tree.leaf_area_contact_raw_m2.zip(clumping.ok());
-            FoundTree {
-                leaf_area_contact_raw_m2: of_hits.map(|(sum_m2, clumping)| sum_m2 * clumping),
-                ..tree
-            }
-        };
-        let found = |(method, profile): (&CutMethod, &Profile)| TreesFound {
-            method: *method,
-            trees: profile.cut(*method, self.tree_spacing_m).into_iter().map(told).collect(),
-        };
-        self.find.iter().filter_map(|method| Some((method, self.profile.as_ref()?))).map(found).collect()
-    }
-
-    pub(crate) fn frame(&self) -> &Frame {
-        &self.frame
-    }
-
-    pub(crate) fn cut(&self) -> &Cut {
-        &self.cut
-    }
-
-    pub(crate) fn has_far_gate(&self) -> bool {
-        self.frame.far_gate_m.is_finite()
     }
 }

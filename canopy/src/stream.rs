@@ -110,6 +110,17 @@ impl Pipeline {
         self
     }
 
+    /// Tells the canopy by height as well, in bands of 0.1 to 0.5 m, from the next scan on: [`Estimate::profile`]. Without a rig there is nothing to measure.
+    ///
+    /// # Errors
+    /// A band that is too low or too high.
+    pub fn with_profile(mut self, band_m: f64) -> Result<Self, PipelineError> {
+        if let Some(pass) = &mut self.pass {
+            pass.row.profile_by_height(band_m)?;
+        }
+        Ok(self)
+    }
+
     /// Says what canopy it is. No number depends on it: the row is compared with the class that the leaf area holds for, and warnings and the
     /// width of the interval tell the outcome.
     #[must_use]

@@ -265,41 +265,38 @@ impl Voxels {
         &'a self,
         density: impl Fn(&Voxel) -> Option<f64> + Copy + 'a,
     ) -> impl Iterator<Item = LayerSum> + 'a {
-        let nx = self.region.nx.max(1);
-        self.voxels.chunks(nx).zip(self.above_ground.chunks(nx)).enumerate().map(
-            move |(layer, (band, above))| {
-                let z_m = [layer, layer + 1].map(|k| self.region.z_m + k as f64 * self.region.dz_m);
-                let mut sum = LayerSum { z_m, ..LayerSum::default() };
-                let standing = || band.iter().zip(above).enumerate().filter(|(_, (_, share))| **share > 0.0);
-                // Σ share over visited voxels, and over the others.
-                let mut shares = (0.0, 0.0);
-                for (_, (voxel, share)) in standing() {
-                    match density(voxel) {
-                        Some(found) => {
-                            sum.visited += 1;
-                            sum.density += found * share;
-                            shares.0 += share;
-                        }
-                        None => {
-                            sum.unvisited += 1;
-                            shares.1 += share;
-                        }
+        self.bare_layers().enumerate().map(move |(layer, (band, above))| {
+            let z_m = [layer, layer + 1].map(|k| self.region.z_m + k as f64 * self.region.dz_m);
+            let mut sum = LayerSum { z_m, ..LayerSum::default() };
+            let standing = || band.iter().zip(above).enumerate().filter(|(_, (_, share))| **share > 0.0);
+            // Σ share over visited voxels, and over the others.
+            let mut shares = (0.0, 0.0);
+            for (_, (voxel, share)) in standing() {
+                match density(voxel) {
+                    Some(found) => {
+                        sum.visited += 1;
+                        sum.density += found * share;
+                        shares.0 += share;
+                    }
+                    None => {
+                        sum.unvisited += 1;
+                        shares.1 += share;
                     }
                 }
-                sum.filled = match self.parameters.fill {
-                    Fill::LeaveOut => 0.0,
-                    Fill::BandMean if sum.visited == 0 => 0.0,
-                    Fill::BandMean => sum.density / shares.0 * shares.1,
-                    Fill::Mirror => {
-                        let missing = standing().filter(|(_, (voxel, _))| density(voxel).is_none());
-                        missing
-                            .filter_map(|(i, (_, share))| Some(self.stands_in(band, i, density)? * share))
-                            .sum()
-                    }
-                };
-                sum
-            },
-        )
+            }
+            sum.filled = match self.parameters.fill {
+                Fill::LeaveOut => 0.0,
+                Fill::BandMean if sum.visited == 0 => 0.0,
+                Fill::BandMean => sum.density / shares.0 * shares.1,
+                Fill::Mirror => {
+                    let missing = standing().filter(|(_, (voxel, _))| density(voxel).is_none());
+                    missing
+                        .filter_map(|(i, (_, share))| Some(self.stands_in(band, i, density)? * share))
+                        .sum()
+                }
+            };
+            sum
+        })
     }
 
     /// What an unvisited voxel of a layer is taken to hold: as much as its mirror image; where that is hidden too, as the nearest voxel before that
@@ -364,6 +361,12 @@ impl Voxels {
         self.hits += kept.hits;
         self.shares += kept.shares;
         self.patches += kept.patches;
+    }
+
+    /// The voxels of each layer, from below, in the order of x; and their shares above the ground.
+    pub(crate) fn bare_layers(&self) -> impl Iterator<Item = (&[Voxel], &[f64])> {
+        let nx = self.region.nx.max(1);
+        self.voxels.chunks(nx).zip(self.above_ground.chunks(nx))
     }
 
     /// Every voxel's sums.

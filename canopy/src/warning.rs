@@ -317,6 +317,13 @@ pub enum Warning {
         /// Kept at most.
         kept: usize,
     },
+    /// The row is too short for its pieces to tell how sure the bands of a profile are: they have no interval.
+    TooFewBlocks {
+        /// Pieces of the row.
+        blocks: usize,
+        /// The fewest that tell it.
+        expected: usize,
+    },
 }
 
 impl Warning {
@@ -384,6 +391,7 @@ impl Warning {
             Self::BeforeRow { .. } => "before_row",
             Self::PastRow { .. } => "past_row",
             Self::TooManyCells { .. } => "too_many_cells",
+            Self::TooFewBlocks { .. } => "too_few_blocks",
         }
     }
 }

@@ -250,12 +250,12 @@ fn leave_one_out_is_what_refitting_gives() {
 #[test]
 fn a_sample_is_the_estimate_of_a_row_beside_its_truth() {
     let found = estimate(&orchard_rig(), &hedge(225));
-    let sample = Sample::of(&found, 12.5).unwrap();
+    let sample = Sample::of(&found, 12.5, ClumpingBy::Constant).unwrap();
     // Tree 1 is missing: 3 m of 4.5 m hold trees.
     assert!((sample.length_m - 3.0).abs() < 1e-6, "{sample:?}");
     assert_eq!(Some(sample.impacted_total_area_m2), found.impacted_total_area_m2);
     assert_eq!(Some(sample.contact_leaf_area_m2), found.leaf.areas.contact_raw_m2().ok());
-    assert_eq!(Sample::of(&Estimate::default(), 1.0), None);
+    assert_eq!(Sample::of(&Estimate::default(), 1.0, ClumpingBy::Scans), None);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_protocol::scan::Scan;
 use rowscan_scenes::files::load_rig;
-use rowscan_study::reading::{CalibrationChoice, Reading, fitted_rig};
+use rowscan_study::reading::{CalibrationChoice, Reading, ReadingError, fitted_rig};
 use rowscan_study::side_by_side::{Beside, beside_truth, estimators_named};
 use serde::Serialize;
 
@@ -37,7 +37,7 @@ struct EstimateDocument {
 
 /// Estimates leaf area from a scanner or a recording.
 #[pyfunction]
-#[pyo3(signature = (source, rig = None, *, scanner = 0, model = None, echo = None, calibration = None, scans = None, length_m = None, hertz = None, estimators = None, trees = None))]
+#[pyo3(signature = (source, rig = None, *, scanner = 0, model = None, echo = None, calibration = None, scans = None, length_m = None, hertz = None, estimators = None, trees = None, profile = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn estimate(
     py: Python<'_>,
@@ -52,6 +52,7 @@ pub(crate) fn estimate(
     hertz: Option<f64>,
     estimators: Option<OneOrMore<String>>,
     trees: Option<OneOrMore<String>>,
+    profile: Option<f64>,
 ) -> PyResult<Py<PyAny>> {
     let model = model.map(AnyModel::named).transpose().map_err(Failure::from)?;
     let echo = echo.map(echo_named).transpose()?;
@@ -74,6 +75,10 @@ pub(crate) fn estimate(
     let taken_for = mount.and_then(|mount| AnyModel::by_name(&mount.model));
     let reading = reading(&from, rig.as_ref(), scanner, calibration)?;
     let pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
+    let pipeline = match profile {
+        Some(band_m) => pipeline.with_profile(band_m).map_err(ReadingError::from).map_err(Failure::from)?,
+        None => pipeline,
+    };
     let pipeline = hertz.into_iter().fold(pipeline, Pipeline::at_frequency);
     let config = DriverConfig { cola: reading.cola, lms2xx: reading.lms2xx, ..DriverConfig::default() };
     let enough = Enough::new(scans, length_m);

@@ -122,6 +122,22 @@ def test_results_are_dicts_and_objects(driven):
         found.to_frame("leaves")
 
 
+def test_a_profile_is_lists_by_key(driven):
+    found = rowscan.estimate(driven, profile=0.25)
+    row = found.bands()
+    assert len(set(map(len, row.values()))) == 1 and len(row["from_m"]) == len(found.profile.row)
+    leaf = np.array(row["leaf_area_m2"], dtype=float)
+    assert np.nansum(leaf) == pytest.approx(found.leaf_area_m2)
+    assert np.array(row["leaf_area_interval_m2"], dtype=float).shape == (len(leaf), 2)
+    for tree in found.trees:
+        assert np.nansum(found.bands(tree.tree)["leaf_area_m2"]) == pytest.approx(tree.leaf_area_m2)
+    with pytest.raises(KeyError):
+        found.bands(99)
+    assert rowscan.estimate(driven).bands() == {}
+    with pytest.raises(ValueError, match="0.1..=0.5"):
+        rowscan.estimate(driven, profile=0.05)
+
+
 def test_pickles_come_back(small, driven):
     again = pickle.loads(pickle.dumps(small))
     assert again.truth == small.truth and repr(again) == repr(small)

@@ -53,7 +53,7 @@ pub const EXAMPLES: &[Examples] = &[
         "estimators",
         [
             "rowscan estimate tcp://127.0.0.1:2111 --rig spindle --scans 100",
-            "rowscan estimate run.mcap --rig rig.toml --format csv",
+            "rowscan estimate run.mcap --rig rig.toml --profile 0.25 --format csv --by band",
         ],
     ),
     of(

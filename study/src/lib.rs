@@ -22,9 +22,11 @@ pub mod figure;
 mod fine_scan;
 pub mod fingerprint;
 pub mod foliage;
+pub mod height_truth;
 pub mod journal;
 pub mod physics;
 pub mod pieces;
+pub mod profile_beside;
 pub mod reading;
 #[cfg(test)]
 mod reading_witness;

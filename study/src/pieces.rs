@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use rowscan_canopy::regression::{FittedLine, mean};
-use rowscan_canopy::{Estimate, PieceLeaf};
+use rowscan_canopy::{BandEstimate, Estimate, PieceLeaf, Pipeline};
 use rowscan_emulator::stage::Stage as Set;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::optics::Stages;
@@ -11,7 +11,8 @@ use serde::Serialize;
 
 use crate::class::row_class;
 use crate::eye::placed;
-use crate::reading::rig_with;
+use crate::height_truth::TruthByBand;
+use crate::reading::{ReadingError, rig_with};
 use crate::rms;
 use crate::trial::{ByHitsAndShares, TrialError, each_scan};
 
@@ -33,6 +34,8 @@ pub struct PiecesStudy {
     pub models: Vec<AnyModel>,
     /// From the mirror to the row plane, metres.
     pub distances_m: Vec<f64>,
+    /// Height of a band of the profile, metres.
+    pub band_m: f64,
 }
 
 /// How pieces were measured.
@@ -61,7 +64,7 @@ pub struct PiecesFound {
     pub model: &'static str,
     /// From the mirror to the row plane, metres.
     pub distance_m: f64,
-    /// `tree`, or the piece's length.
+    /// `tree`, or the piece's length; `band` and `tree band` are bands of height of rows and of trees, all heights taken as one row.
     pub piece: String,
     /// Pieces.
     pub pieces: usize,
@@ -81,6 +84,8 @@ pub struct PiecesFound {
     pub holds: Option<f64>,
     /// Half of an interval's width over the row's true mean.
     pub half_width: Option<f64>,
+    /// Median of |estimate − truth| over the piece's own truth; of pieces that hold leaf.
+    pub median_error: Option<f64>,
 }
 
 /// One piece beside its truth.
@@ -116,7 +121,7 @@ pub fn try_pieces(asked: &PiecesStudy, done: &(dyn Fn() + Sync)) -> Result<Vec<P
         let rows: Vec<Vec<RowPieces>> = passes
             .par_iter()
             .map(|&(scene, seed, eye)| {
-                let rows = pass(placed(scene, model, distance_m, seed), model, eye);
+                let rows = pass(placed(scene, model, distance_m, seed), model, eye, asked.band_m);
                 done();
                 rows
             })
@@ -139,20 +144,24 @@ fn places(asked: &PiecesStudy) -> impl Iterator<Item = (AnyModel, f64)> + '_ {
     asked.models.iter().flat_map(|model| asked.distances_m.iter().map(|distance_m| (*model, *distance_m)))
 }
 
-fn pass(mut scene: Scene, model: AnyModel, eye: bool) -> Result<Vec<RowPieces>, TrialError> {
+fn pass(mut scene: Scene, model: AnyModel, eye: bool, band_m: f64) -> Result<Vec<RowPieces>, TrialError> {
     scene.optics.stages = if eye { Stages::device() } else { Stages::default() };
     let set = Set::grow(scene, &|_, _| {})?;
     let rig = rig_with(&set.rig, 0, model.name());
     let ByHitsAndShares { by_hits, by_shares, asked } = ByHitsAndShares::of(&rig, eye)?;
     let class = row_class(&set.scene, &set.orchard.truth());
-    let mut pipelines = vec![("contact", by_hits.of_class(class.clone()))];
-    pipelines.extend(by_shares.map(|pipeline| ("share", pipeline.of_class(class))));
+    let profiled = |pipeline: Pipeline| pipeline.with_profile(band_m).map_err(ReadingError::from);
+    let mut pipelines = vec![("contact", profiled(by_hits.of_class(class.clone()))?)];
+    if let Some(pipeline) = by_shares {
+        pipelines.push(("share", profiled(pipeline.of_class(class))?));
+    }
     each_scan(&set, model, asked, &mut |scan| {
         for (_, pipeline) in &mut pipelines {
             pipeline.push(scan);
         }
     })?;
     let truth = TruthBySlab::of(&set);
+    let bands = TruthByBand::of(&set.orchard, band_m, rig.start_m);
     let beams = if eye { "eye" } else { "rays" };
     let spacing_m = rig.tree_spacing_m.unwrap_or(1.0);
     Ok(pipelines
@@ -162,7 +171,7 @@ fn pass(mut scene: Scene, model: AnyModel, eye: bool) -> Result<Vec<RowPieces>, 
         .filter(|(count, estimate)| (*count == "share") == estimate.leaf.areas.share_m2().is_ok())
         .map(|(count, estimate)| RowPieces {
             way: Way { count, beams },
-            kinds: kinds(&estimate, &truth, spacing_m),
+            kinds: [kinds(&estimate, &truth, spacing_m), band_kinds(&estimate, &bands)].concat(),
         })
         .collect())
 }
@@ -211,6 +220,30 @@ fn kinds(estimate: &Estimate, truth: &TruthBySlab, spacing_m: f64) -> Vec<(Strin
         kinds.push((format!("{count} m"), count as f64, metres.chunks_exact(count).map(joined).collect()));
     }
     kinds
+}
+
+/// The bands of an estimate beside their truth: those of the row, and those of its whole trees. Bands without a leaf are left out.
+fn band_kinds(estimate: &Estimate, truth: &TruthByBand) -> Vec<(String, f64, Vec<Pair>)> {
+    let Some(profile) = &estimate.profile else { return Vec::new() };
+    let pairs = |bands: &[BandEstimate], truth_m2: Option<Vec<f64>>| -> Vec<Pair> {
+        let of_truth = truth_m2.into_iter().flatten();
+        let beside = bands.iter().zip(of_truth).filter(|(_, truth_m2)| *truth_m2 > 0.0);
+        let pair = |(band, truth_m2): (&BandEstimate, f64)| {
+            let leaf_m2 = band.leaf_area_m2?;
+            let interval_m2 = band.leaf_area_interval_m2;
+            Some(Pair { length_m: 1.0, unshrunk_m2: leaf_m2, leaf_m2, interval_m2, truth_m2 })
+        };
+        beside.filter_map(pair).collect()
+    };
+    let whole = estimate.trees.iter().filter(|tree| tree.complete);
+    let of_trees = whole.filter_map(|tree| {
+        let told = profile.trees.iter().find(|told| told.tree == tree.tree)?;
+        Some(pairs(&told.bands, truth.of_tree(tree.tree, told.bands.len())))
+    });
+    vec![
+        ("band".to_owned(), 1.0, pairs(&profile.row, truth.of_row(estimate, profile.row.len()))),
+        ("tree band".to_owned(), 1.0, of_trees.flatten().collect()),
+    ]
 }
 
 /// Several metres as one piece; an estimate lists single ones only.
@@ -276,6 +309,13 @@ fn kind_summed_up(
     }
     let errors: Vec<f64> = found.iter().zip(&truths).map(|(found, truth)| found - truth).collect();
     let (error_sd, truth_sd, seen_sd) = (rms(&errors), rms(&truths), rms(&found));
+    let mut own: Vec<f64> = rows
+        .iter()
+        .flat_map(|row| row.iter())
+        .filter(|pair| pair.truth_m2 > 0.0)
+        .map(|pair| (pair.leaf_m2 / pair.truth_m2 - 1.0).abs())
+        .collect();
+    own.sort_by(f64::total_cmp);
     let products: Vec<f64> = found.iter().zip(&truths).map(|(found, truth)| found * truth).collect();
     let of_intervals = |of: fn(&(bool, f64)) -> f64| {
         (!intervals.is_empty()).then(|| mean(&intervals.iter().map(of).collect::<Vec<_>>()))
@@ -294,6 +334,7 @@ fn kind_summed_up(
         rmse: rms(&drawn),
         holds: of_intervals(|interval| f64::from(u8::from(interval.0))),
         half_width: of_intervals(|interval| interval.1),
+        median_error: own.get(own.len() / 2).copied(),
     })
 }
 

@@ -64,6 +64,7 @@ mod picoscan;
 mod picoscan_check;
 mod picoscan_driver;
 mod picoscan_replay;
+mod profiles;
 mod proxy;
 mod pty;
 mod record;

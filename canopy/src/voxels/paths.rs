@@ -7,8 +7,8 @@ use crate::parameters::Parameters;
 /// A rectangle of voxels in the scan plane: |x − distance| < half width, ground clearance < z < top. On a slope some reach into the ground, or lie in it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Region {
-    pub(super) x_m: f64,
-    pub(super) z_m: f64,
+    pub(crate) x_m: f64,
+    pub(crate) z_m: f64,
     pub(crate) dx_m: f64,
     pub(crate) dz_m: f64,
     pub(crate) nx: usize,

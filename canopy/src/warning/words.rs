@@ -292,6 +292,11 @@ impl fmt::Display for Warning {
             Self::TooManyCells { kept } => {
                 write!(f, "only the first {kept} trees and slices are listed; the totals hold all")
             }
+            Self::TooFewBlocks { blocks, expected } => write!(
+                f,
+                "the scans hold {blocks} pieces of 2 m of row, and it takes {expected} to tell how sure a band of height is: bands have no interval; scan a longer \
+                 row"
+            ),
         }
     }
 }

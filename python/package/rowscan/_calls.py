@@ -24,8 +24,9 @@ def estimate(
     hertz: Optional[float] = None,
     estimators: Union[None, str, Sequence[str]] = None,
     trees: Union[None, str, Sequence[str]] = None,
+    profile: Optional[float] = None,
 ) -> Estimate:
-    keywords: Any = dict(scanner=scanner, model=model, echo=echo, calibration=calibration, scans=scans)
+    keywords: Any = dict(scanner=scanner, model=model, echo=echo, calibration=calibration, scans=scans, profile=profile)
     return Estimate(_native.estimate(source, rig, length_m=length_m, hertz=hertz, estimators=estimators, trees=trees, **keywords))
 
 

@@ -63,10 +63,28 @@ class Estimate(Result):
         super().__init__({key: _wrapped(value) for key, value in document.items()})
 
     def to_frame(self, of: str = "trees") -> Any:
-        """A pandas data frame, a row a tree; of="slices" a row a metre, of="side_by_side" a row an estimator."""
-        if of not in ("trees", "slices", "side_by_side"):
-            raise ValueError("of: expected `trees`, `slices` or `side_by_side`, found `%s`" % of)
+        """A pandas data frame, a row a tree; of="slices" a row a metre, of="side_by_side" a row an estimator, of="profile" a row a band of height of the row."""
+        if of not in ("trees", "slices", "side_by_side", "profile"):
+            raise ValueError("of: expected `trees`, `slices`, `side_by_side` or `profile`, found `%s`" % of)
+        if of == "profile":
+            return _frame(self.get("profile", {}).get("row", []))
         return _frame(self.get(of, []))
+
+    def bands(self, tree: Optional[int] = None) -> Dict[str, List[Any]]:
+        """The profile's bands as lists by key, from the ground up, of the row or of one tree: what NumPy takes as it is. What is not known is NaN; an interval is
+        a pair. Trees and row have the same bands. Empty without `profile`."""
+        profile = self.get("profile", {})
+        if tree is None:
+            bands = profile.get("row", [])
+        else:
+            found = [told["bands"] for told in profile.get("trees", []) if told["tree"] == tree]
+            if not found:
+                raise KeyError("the profile has no tree %s" % tree)
+            bands = found[0]
+        nan = float("nan")
+        unknown = lambda key: [nan, nan] if key.endswith(("interval_m2", "error_m2")) else nan  # noqa: E731
+        keys = list(bands[0]) if bands else []
+        return {key: [unknown(key) if band[key] is None else _plain(band[key]) for band in bands] for key in keys}
 
 
 class StudyReport(Result):

@@ -4,28 +4,26 @@ mod follower;
 mod map;
 mod other_scene;
 mod other_side;
+mod page;
 mod print;
+mod profile;
 mod rig;
 mod scanner_report;
 mod truth;
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use indicatif::ProgressBar;
 use rowscan_canopy::{CutMethod, Enough, Warning};
 use rowscan_driver::{DriverConfig, DriverError, Source};
 use rowscan_ports::Delivery;
-use rowscan_ports::clock::Stopwatch;
 use rowscan_ports::task;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{EchoChoice, Rig};
-use rowscan_recording::Taps;
 use rowscan_scenes::Orchard;
-use rowscan_study::reading::{CalibrationChoice, Reading};
+use rowscan_study::reading::{CalibrationChoice, Reading, ReadingError};
 use rowscan_study::side_by_side::beside_truth;
 use rowscan_study::sides::SidesError;
-use rowscan_web::{About, ScannerAbout};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
@@ -35,19 +33,23 @@ use super::link_options::{Prefer, STOP_TIMEOUT, stream_kind};
 use super::output::{self, say};
 use super::recorder::{self, RecordArgs, Taping};
 use super::sensor::{Sensor, SensorArgs};
-use super::web::{Feeds, Talk, Tape, WebArgs};
-use super::{Failure, Format, Outcome, models, progress, scene, service};
+use super::web::WebArgs;
+use super::{Failure, Format, Outcome, models, progress, scene};
 use crate::export::map::LeafMap;
 use follower::{Followed, Follower, follow_all};
 use map::{MapArgs, Maps, Way};
 use other_side::OtherSideArgs;
+use page::Page;
 use print::By;
 pub(super) use print::warnings;
+use profile::ProfileArgs;
+pub(super) use profile::band_m;
 use rig::{Loaded, Recorded};
 use scanner_report::ScannerReport;
 use truth::true_scene;
 
 #[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("beside").args(["estimators", "truth"]).multiple(true))]
 pub(super) struct Args {
     /// tcp://HOST:PORT, picoscan://HOST:PORT?udp=2115, serial:/dev/ttyUSB0?baud=38400, rfc2217://HOST:PORT, or the file of a recording, with `#STREAM` behind it where it holds several;
     /// repeatable, an estimate a scanner
@@ -88,13 +90,15 @@ pub(super) struct Args {
     /// Find trees in the data as well, not only by the rig's spacing
     #[arg(long, value_name = "HOW", value_delimiter = ',', value_enum)]
     trees: Vec<CutArg>,
-    /// Seed of the rig's scene, for the truth beside the estimators; where absent, the recorded one, else the scene's own
-    #[arg(long, value_name = "N", requires = "estimators")]
+    #[command(flatten)]
+    profile: ProfileArgs,
+    /// Seed of the rig's scene, for the truth beside the estimators or the profile; where absent, the recorded one, else the scene's own
+    #[arg(long, value_name = "N", requires = "beside")]
     seed: Option<u64>,
     /// How to write the estimate
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// What a line of --format csv is of; the other formats tell both
+    /// What a line of --format csv is of; the other formats tell all
     #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
     by: By,
     #[command(flatten)]
@@ -197,6 +201,9 @@ impl Args {
                 _ => Reading::of(rig, *scanner, encoder, calibration),
             }?;
             reading.pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
+            if let Some(band_m) = self.profile.profile {
+                reading.pipeline = reading.pipeline.with_profile(band_m).map_err(ReadingError::from)?;
+            }
             if let Some(hertz) = self.hertz {
                 reading.pipeline = reading.pipeline.at_frequency(hertz);
             }
@@ -313,52 +320,22 @@ impl Args {
         scanners: &[usize],
         truth: Option<(&Orchard, &Rig)>,
     ) -> Option<ScannerReport> {
-        let (estimate, scanner) = (followed.estimate.take()?, scanners.get(followed.place)?);
+        let (mut estimate, scanner) = (followed.estimate.take()?, scanners.get(followed.place)?);
         let side_by_side = match self.estimators.are_asked() {
             true => beside_truth(&estimate, *scanner, truth),
             false => Vec::new(),
         };
+        let profile = self.profile.told(&estimate, truth);
+        estimate.profile = None;
         let several = scanners.len() > 1;
         Some(ScannerReport {
             scanner: several.then_some(*scanner),
             source: several
                 .then(|| self.sources.get(followed.place).map(Source::to_string).unwrap_or_default()),
             estimate,
+            profile,
             side_by_side,
         })
-    }
-}
-
-/// The page beside the estimate, if one is asked for.
-#[derive(Default)]
-struct Page {
-    feeds: Option<Feeds>,
-    taps: Taps,
-}
-
-impl Page {
-    async fn open(args: &Args, scanners: &[usize]) -> Result<Self, Failure> {
-        if !args.web.is_given() {
-            return Ok(Self::default());
-        }
-        let watch = Stopwatch::start();
-        let (taps, talk) = Talk::listen(Arc::new(move || watch.elapsed().as_secs_f64()));
-        let sources: Vec<String> = args.sources.iter().map(Source::to_string).collect();
-        let about = About {
-            title: format!("rowscan {} {}", if args.paced { "watch" } else { "estimate" }, sources.join(" ")),
-            scanners: scanners
-                .iter()
-                .map(|scanner| ScannerAbout {
-                    name: format!("scanner{scanner}"),
-                    model: args.model.clone().unwrap_or_default(),
-                })
-                .collect(),
-        };
-        let tape = args.paced.then(|| Tape::of(args.files()));
-        let feeds =
-            Feeds::open(&args.web, about, talk, tape.filter(|_| args.is_recorded()), args.format).await?;
-        service::ready();
-        Ok(Self { feeds: Some(feeds), taps })
     }
 }
 
@@ -387,6 +364,10 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         rig.iter().flat_map(|rig| recorded.iter().map(|told: &Recorded| told.decides(rig))).collect();
     let maps = args.map.check(&args.sources, scene.as_ref())?;
     args.other.check(args.sources.len())?;
+    if args.by == By::Band && args.profile.profile.is_none() {
+        let why = "--by band writes the bands of a profile: say how high they are with --profile METRES";
+        return Err(Failure::Usage(why.to_owned()));
+    }
     let mut readings = args.readings(&rigs, &scanners)?;
     if let (Some(reading), Some(scanner), true) =
         (readings.first_mut(), scanners.first(), args.other.is_given())
@@ -402,7 +383,10 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             }
         }
     }
-    let scene = scene.filter(|_| args.estimators.are_asked());
+    if args.profile.truth && scene.is_none() {
+        say("no truth is told: --rig names no scene");
+    }
+    let scene = scene.filter(|_| args.estimators.are_asked() || args.profile.truth);
     let orchard = match scene.and_then(|scene| true_scene(scene, args.seed, &args.sources, &mut recorded)) {
         Some(scene) => match interrupt.or(scene::grow(scene)).await.transpose()? {
             Some(stage) => Some(stage.orchard),

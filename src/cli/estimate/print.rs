@@ -7,6 +7,7 @@ use super::super::estimators;
 use super::super::grid::Grid;
 use super::super::output::{self, number};
 use super::super::{Failure, Format};
+use super::profile::{self, BandLine};
 use super::scanner_report::{ScannerReport, codes, row_line};
 
 /// Several of them.
@@ -50,15 +51,18 @@ pub(in super::super) enum By {
     Row,
     /// A tree, by the rig's spacing
     Tree,
+    /// A band of height, of the row and of each tree: needs --profile
+    Band,
 }
 
-/// Writes estimates: one as a document, several as a document of documents; as CSV a line a scanner, or a line a tree, or the estimators side by side if any
+/// Writes estimates: one as a document, several as a document of documents; as CSV a line a scanner, a line a tree or a line a band, or the estimators side by side if any
 /// were asked for.
 pub(super) fn print(format: Format, by: By, all: &[ScannerReport]) -> Result<(), Failure> {
     match (format, all) {
         (Format::Json, [one]) => output::print_json(format, one),
         (Format::Json, all) => output::print_json(format, &All { scanners: all }),
         (Format::Jsonl, all) => all.iter().try_for_each(|told| output::print_json(format, told)),
+        (Format::Csv, all) if by == By::Band => bands(format, all),
         (Format::Csv, all) if all.iter().any(|told| !told.side_by_side.is_empty()) => {
             output::print_rows(format, &rows(all, |told| &told.side_by_side, |_| None))
         }
@@ -87,6 +91,30 @@ pub(super) fn print(format: Format, by: By, all: &[ScannerReport]) -> Result<(),
     }
 }
 
+/// A line a band.
+fn bands(format: Format, all: &[ScannerReport]) -> Result<(), Failure> {
+    let lists: Vec<(&ScannerReport, Vec<BandLine>)> = all
+        .iter()
+        .map(|told| (told, told.profile.as_ref().map(profile::lines).unwrap_or_default()))
+        .collect();
+    for (told, _) in lists.iter().filter(|(_, lines)| lines.is_empty()) {
+        output::say(format_args!("no band is told: {}", codes(&told.estimate.warnings)));
+    }
+    let mut rows = Vec::new();
+    for (told, lines) in &lists {
+        let whole = || Some(Whole::of(&told.estimate));
+        rows.extend(lines.iter().map(|row| Row { scanner: told.scanner, row, whole: whole() }));
+    }
+    if !rows.is_empty() {
+        return output::print_rows(format, &rows);
+    }
+    // The columns are the same whatever is known.
+    let scanner = all.first().and_then(|told| told.scanner);
+    let whole = Some(Whole::of(&Estimate::default()));
+    let asks_truth = all.iter().filter_map(|told| told.profile.as_ref()).any(|told| told.asks_truth);
+    output::print_header(&Row { scanner, row: &BandLine::empty(asks_truth), whole })
+}
+
 fn rows<'a, T>(
     all: &'a [ScannerReport],
     of: impl Fn(&'a ScannerReport) -> &'a Vec<T>,
@@ -101,13 +129,16 @@ fn rows<'a, T>(
 }
 
 fn print_table(told: &ScannerReport) -> Result<(), Failure> {
-    let ScannerReport { scanner, source, estimate, side_by_side } = told;
+    let ScannerReport { scanner, source, estimate, profile, side_by_side } = told;
     if let (Some(scanner), Some(source)) = (scanner, source) {
         output::print(&format!("scanner {scanner}, {source}\n"))?;
     }
     output::print(&facts(estimate))?;
     if !estimate.trees.is_empty() {
         output::print(&trees(estimate))?;
+    }
+    if let Some(profile) = profile.as_ref().filter(|profile| !profile.row.is_empty()) {
+        output::print(&profile::table(profile))?;
     }
     for found in &estimate.trees_found {
         output::print(&trees_found(found))?;

@@ -1,6 +1,7 @@
 //! A scanner's estimate as it is written, and its whole row as a line of CSV.
 
 use rowscan_canopy::{Estimate, Warning};
+use rowscan_study::profile_beside::ProfileBeside;
 use rowscan_study::side_by_side::Beside;
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -17,6 +18,9 @@ pub(super) struct ScannerReport {
     pub(super) source: Option<String>,
     #[serde(flatten)]
     pub(super) estimate: Estimate,
+    /// The canopy by height, as the estimate has it, with the truth beside it if that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) profile: Option<ProfileBeside>,
     /// The row's numbers with the truth beside them; only if estimators were asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) side_by_side: Vec<Beside>,
@@ -92,7 +96,8 @@ mod tests {
 
     fn line(scanner: Option<usize>, estimate: Estimate) -> Map<String, Value> {
         let source = scanner.map(|_| "run.mcap".to_owned());
-        row_line(&ScannerReport { scanner, source, estimate, side_by_side: Vec::new() }).unwrap()
+        row_line(&ScannerReport { scanner, source, estimate, profile: None, side_by_side: Vec::new() })
+            .unwrap()
     }
 
     #[test]

@@ -8,6 +8,7 @@ use rowscan_scenes::{Scene, files};
 
 use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
+use crate::cli::estimate::band_m;
 use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, say, share};
 use crate::cli::{Failure, Format, Outcome, models, progress};
@@ -27,6 +28,9 @@ pub(in crate::cli) struct Args {
     /// Distances from the mirror to the row plane, metres
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4")]
     distance: Vec<f64>,
+    /// Height of a band of the profile, metres: 0.1 to 0.5
+    #[arg(long, value_name = "METRES", value_parser = band_m, default_value = "0.25")]
+    band: f64,
     /// Write the errors by length: what estimates take the error of their pieces from (canopy/pieces.csv)
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
@@ -46,7 +50,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if let Some(path) = &args.table {
         output::can_be_written(path)?;
     }
-    let asked = PiecesStudy { scenes, seeds: args.seeds.0.clone(), models, distances_m };
+    let asked = PiecesStudy { scenes, seeds: args.seeds.0.clone(), models, distances_m, band_m: args.band };
     let bar = progress::bar("driving past", "rows", passes(&asked) as u64);
     let work = move || {
         let found = try_pieces(&asked, &|| bar.inc(1));
@@ -80,39 +84,67 @@ fn about(args: &Args) -> String {
     )
 }
 
+/// Bands of height, of rows and of trees.
+fn is_band(row: &PiecesFound) -> bool {
+    row.piece.ends_with("band")
+}
+
 fn listed(found: &[PiecesFound]) -> String {
-    let mut grid = Grid::new();
     let heads = ["by", "model", "m", "piece", "n", "r", "error", "true", "RMSE raw", "RMSE", "holds", "±"];
-    output::head(&mut grid, heads.to_vec());
-    for row in found {
-        let way = format!("{} {}", row.way.count, row.way.beams);
-        let head =
-            [Cell::new(way), Cell::new(row.model), number(Some(row.distance_m), 1), Cell::new(&row.piece)];
-        let of = [Cell::new(row.pieces), number(row.r, 2)];
-        let known = [row.error_sd, row.truth_sd, row.rmse_unshrunk, row.rmse].map(|value| share(Some(value)));
-        let cells = head.into_iter().chain(of).chain(known).chain([row.holds, row.half_width].map(share));
-        grid.add_row(cells);
-    }
+    let table = |bands: bool| {
+        let mut grid = Grid::new();
+        let heads = heads.into_iter().chain(bands.then_some("median"));
+        output::head(&mut grid, heads.collect::<Vec<_>>());
+        for row in found.iter().filter(|row| is_band(row) == bands) {
+            let way = format!("{} {}", row.way.count, row.way.beams);
+            let head = [
+                Cell::new(way),
+                Cell::new(row.model),
+                number(Some(row.distance_m), 1),
+                Cell::new(&row.piece),
+            ];
+            let of = [Cell::new(row.pieces), number(row.r, 2)];
+            let known =
+                [row.error_sd, row.truth_sd, row.rmse_unshrunk, row.rmse].map(|value| share(Some(value)));
+            let last =
+                [row.holds, row.half_width].into_iter().chain(bands.then_some(row.median_error)).map(share);
+            grid.add_row(head.into_iter().chain(of).chain(known).chain(last));
+        }
+        grid
+    };
+    let (pieces, bands) = (table(false), table(true));
     format!(
-        "{grid}\nerror, true: standard deviation over the row's mean; RMSE: of the leaf area, raw and drawn toward the row's mean;\nholds: share of the intervals that hold the truth\n"
+        "{pieces}\nerror, true: standard deviation over the row's mean; RMSE: of the leaf area, raw and drawn toward the row's mean;\nholds: share of the intervals that hold the truth\n\n{bands}\nbands of height that hold leaf: all over the mean band; median: of the error over the band's own truth\n"
     )
 }
 
 fn markdown(found: &[PiecesFound]) -> String {
     let plain = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{:.1}", 100.0 * v));
+    let way = |row: &PiecesFound| {
+        let r = row.r.map_or_else(|| "–".to_owned(), |r| format!("{r:.2}"));
+        let (count, beams) = (row.way.count, row.way.beams);
+        let PiecesFound { model, distance_m, piece, pieces, .. } = row;
+        format!("| {count}, {beams} | {model} | {distance_m} | {piece} | {pieces} | {r} |")
+    };
     let mut text = String::from(
         "| by | model | m | piece | n | r | error | true scatter | reliability | RMSE as measured | RMSE | interval holds | ± |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
-    for row in found {
-        let r = row.r.map_or_else(|| "–".to_owned(), |r| format!("{r:.2}"));
-        text.push_str(&format!(
-            "| {}, {} | {} | {} | {} | {} | {r} |",
-            row.way.count, row.way.beams, row.model, row.distance_m, row.piece, row.pieces
-        ));
+    for row in found.iter().filter(|row| !is_band(row)) {
+        text.push_str(&way(row));
         for value in [row.error_sd, row.truth_sd, row.reliability, row.rmse_unshrunk, row.rmse] {
             text.push_str(&format!(" {} |", plain(Some(value))));
         }
         text.push_str(&format!(" {} | {} |\n", plain(row.holds), plain(row.half_width)));
+    }
+    text.push_str(
+        "\n| by | model | m | piece | n | r | median error | RMSE | interval holds | ± |\n|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for row in found.iter().filter(|row| is_band(row)) {
+        text.push_str(&way(row));
+        for value in [row.median_error, Some(row.rmse), row.holds, row.half_width] {
+            text.push_str(&format!(" {} |", plain(value)));
+        }
+        text.push('\n');
     }
     text
 }

@@ -1,0 +1,105 @@
+//! The truth of a profile: exact leaf areas of the first row by stretch and band of height.
+
+use rowscan_canopy::Estimate;
+use rowscan_scenes::{CellGrid, Orchard, RowCells};
+
+/// Length of a cell along the row, metres, about: a whole number of them makes the row.
+const CELL_M: f64 = 0.05;
+/// Most cells of a row, and most bands.
+const MOST: f64 = 1e6;
+
+/// The true leaf area of the first row, by cell along the row and band of height.
+#[derive(Debug)]
+pub struct TruthByBand {
+    /// From the ground up, m²: by cell along one period of the row. Empty where the row does not repeat.
+    columns: Vec<Vec<f64>>,
+    cell_m: f64,
+    start_m: f64,
+    spacing_m: Option<f64>,
+}
+
+impl TruthByBand {
+    /// Measures the first row in bands of this height; an estimate of it began at `start_m`.
+    pub fn of(orchard: &Orchard, band_m: f64, start_m: f64) -> Self {
+        let count = (orchard.period_m() / CELL_M).round();
+        let count = if (1.0..=MOST).contains(&count) { count as usize } else { 0 };
+        let cell_m = orchard.period_m() / count as f64;
+        let mut columns = vec![Vec::new(); count];
+        let cells = (count > 0).then(|| orchard.cells_of_row(0, CellGrid { cell_m, band_m })).flatten();
+        for cell in cells.iter().flat_map(RowCells::cells) {
+            let band = (cell.z_from_m / band_m).round();
+            let column = columns.get_mut((cell.y_from_m / cell_m).round().max(0.0) as usize);
+            let Some(column) = column.filter(|_| band < MOST) else { continue };
+            // What hangs below the ground's level is of the lowest band, as in an estimate.
+            let band = band.max(0.0) as usize;
+            if column.len() <= band {
+                column.resize(band + 1, 0.0);
+            }
+            if let Some(sum) = column.get_mut(band) {
+                *sum += cell.areas.leaf_area_m2;
+            }
+        }
+        Self { columns, cell_m, start_m, spacing_m: orchard.tree_spacing_m() }
+    }
+
+    /// Of as much of the row as an estimate scanned, so many bands from the ground up, m²; `None` where that is not known.
+    pub fn of_row(&self, estimate: &Estimate, bands: usize) -> Option<Vec<f64>> {
+        self.between([self.start_m, self.start_m + estimate.scanned_m?], bands)
+    }
+
+    /// Of a tree's stretch of the row.
+    pub fn of_tree(&self, tree: u32, bands: usize) -> Option<Vec<f64>> {
+        let spacing_m = self.spacing_m?;
+        self.between([0.0, 1.0].map(|end| (f64::from(tree) + end) * spacing_m), bands)
+    }
+
+    /// A cell that only partly lies between counts by its share.
+    fn between(&self, [from_m, to_m]: [f64; 2], bands: usize) -> Option<Vec<f64>> {
+        let cells = (to_m - from_m) / self.cell_m;
+        if self.columns.is_empty() || cells.is_nan() || cells > MOST {
+            return None;
+        }
+        let mut sums = vec![0.0; bands];
+        let first = (from_m / self.cell_m + 1e-6).floor() as i64;
+        let last = (to_m / self.cell_m - 1e-6).ceil() as i64;
+        for cell in first..last {
+            let (low_m, high_m) = (cell as f64 * self.cell_m, (cell + 1) as f64 * self.cell_m);
+            let share = ((high_m.min(to_m) - low_m.max(from_m)) / self.cell_m).clamp(0.0, 1.0);
+            let column = self.columns.get(cell.rem_euclid(self.columns.len() as i64) as usize);
+            for (sum, leaf_m2) in sums.iter_mut().zip(column.into_iter().flatten()) {
+                *sum += leaf_m2 * share;
+            }
+        }
+        Some(sums)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rowscan_scenes::{Leaf, Tree};
+
+    #[test]
+    fn a_board_has_its_area_in_every_band_and_stretch() {
+        // A vertical leaf 1 m wide from y = 0.5 m, from 0.5 to 2.5 m high, in a row of 2 m that repeats.
+        let corners = [[-0.5, 0.5, 0.5], [-0.5, 1.5, 0.5], [-0.5, 1.5, 2.5], [-0.5, 0.5, 2.5]];
+        let leaf = Leaf::new(corners).expect("a leaf");
+        let tree = Tree { leaves: vec![leaf], ..Tree::default() };
+        let orchard = Orchard::from_trees(vec![tree], 2.0, Some(2.0), Some(4.0));
+        let truth = TruthByBand::of(&orchard, 0.25, 0.0);
+        let estimate = |scanned_m| Estimate { scanned_m: Some(scanned_m), ..Estimate::default() };
+        for (length_m, width_m) in [(2.0, 1.0), (1.0, 0.5), (4.0, 2.0), (3.03, 1.53)] {
+            let found = truth.of_row(&estimate(length_m), 12).expect("a row that repeats");
+            for (band, area_m2) in found.iter().enumerate() {
+                let expected = if (2..10).contains(&band) { 0.25 * width_m } else { 0.0 };
+                assert!((area_m2 - expected).abs() < 1e-6, "{length_m} m, band {band}: {area_m2}");
+            }
+        }
+        let tree = truth.of_tree(0, 4).expect("a tree");
+        assert!(
+            tree.iter().zip([0.0, 0.0, 0.25, 0.25]).all(|(found, is)| (found - is).abs() < 1e-9),
+            "{tree:?}"
+        );
+        assert_eq!(truth.of_row(&Estimate::default(), 4), None, "nobody knows how much was scanned");
+    }
+}

@@ -1,0 +1,104 @@
+//! A profile as it is written: lines of bands, with the truth beside them where it is asked for.
+
+use rowscan_canopy::{BandEstimate, Estimate, HeightProfile};
+use serde::Serialize;
+
+use crate::height_truth::TruthByBand;
+
+/// A profile, each band beside its truth if that was asked for. Its keys are those of [`HeightProfile`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ProfileBeside {
+    /// Height of a band, metres.
+    pub band_m: f64,
+    /// Whether the truth was asked for.
+    #[serde(skip)]
+    pub asks_truth: bool,
+    /// Of the row.
+    pub row: Vec<BandBeside>,
+    /// Of each tree, in the order of travel.
+    pub trees: Vec<TreeBeside>,
+}
+
+/// The bands of one tree.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct TreeBeside {
+    /// Index of the tree.
+    pub tree: u32,
+    /// From the ground up.
+    pub bands: Vec<BandBeside>,
+}
+
+/// A band, and what is really there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct BandBeside {
+    /// The band.
+    #[serde(flatten)]
+    pub band: BandEstimate,
+    /// Its truth; left out where nobody asked for it.
+    #[serde(flatten)]
+    pub truth: Option<BandTruth>,
+}
+
+/// What is really there of a band.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct BandTruth {
+    /// One-sided leaf area, m²; null where the scene is unknown, and of a tree that was not scanned from end to end.
+    pub truth_leaf_area_m2: Option<f64>,
+    /// (leaf area − truth) / truth.
+    pub error: Option<f64>,
+}
+
+/// Where the truth of bands is from.
+#[derive(Clone, Copy, Debug)]
+pub enum Asked<'a> {
+    /// Nobody asked for it.
+    No,
+    /// It was asked for, and the scene is not known.
+    Unknown,
+    /// This.
+    Known(&'a TruthByBand),
+}
+
+impl ProfileBeside {
+    /// The profile of an estimate, if it has one.
+    pub fn of(estimate: &Estimate, asked: Asked<'_>) -> Option<Self> {
+        let HeightProfile { band_m, row, trees } = estimate.profile.as_ref()?;
+        let truth_of_row = match asked {
+            Asked::Known(truth) => truth.of_row(estimate, row.len()),
+            Asked::No | Asked::Unknown => None,
+        };
+        let of_tree = |number: u32, bands: usize| {
+            let complete = estimate.trees.iter().any(|tree| tree.tree == number && tree.complete);
+            match asked {
+                Asked::Known(truth) if complete => truth.of_tree(number, bands),
+                Asked::Known(_) | Asked::No | Asked::Unknown => None,
+            }
+        };
+        Some(Self {
+            band_m: *band_m,
+            asks_truth: !matches!(asked, Asked::No),
+            row: beside(row, truth_of_row, asked),
+            trees: trees
+                .iter()
+                .map(|told| TreeBeside {
+                    tree: told.tree,
+                    bands: beside(&told.bands, of_tree(told.tree, told.bands.len()), asked),
+                })
+                .collect(),
+        })
+    }
+}
+
+fn beside(bands: &[BandEstimate], truth_m2: Option<Vec<f64>>, asked: Asked<'_>) -> Vec<BandBeside> {
+    let one = |(number, band): (usize, &BandEstimate)| {
+        let truth_leaf_area_m2 = truth_m2.as_ref().and_then(|truth_m2| truth_m2.get(number)).copied();
+        let error = band.leaf_area_m2.zip(truth_leaf_area_m2).map(|(found, truth)| (found - truth) / truth);
+        let error = error.filter(|error| error.is_finite());
+        let truth = match asked {
+            Asked::No => None,
+            Asked::Unknown | Asked::Known(_) => Some(BandTruth { truth_leaf_area_m2, error }),
+        };
+        BandBeside { band: *band, truth }
+    };
+    bands.iter().enumerate().map(one).collect()
+}
