@@ -34,3 +34,32 @@ impl Closing {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rowscan_protocol::angle::BeamGrid;
+
+    use super::*;
+
+    const NONE: f64 = f64::INFINITY;
+
+    fn closed(width: f64, range_m: &[f64]) -> Vec<f64> {
+        let grid = BeamGrid { start: 0, step: 5000, count: range_m.len() as u16 };
+        let closing = Closing { width_rad: width * grid.step_deg().to_radians() };
+        closing.close(&BeamLine { grid, range_m, share: &[] }).collect()
+    }
+
+    #[test]
+    fn what_fewer_beams_meet_than_a_block_has_is_passed_and_what_more_meet_ends_behind_it() {
+        let lone = closed(2.0, &[NONE, NONE, 2.0, 2.1, NONE, NONE]);
+        assert!(lone.iter().all(|range_m| *range_m == NONE), "{lone:?}");
+        let wall = closed(2.0, &[NONE, 2.0, 2.1, 2.2, 2.3, 2.4, NONE]);
+        assert_eq!(wall, [NONE, NONE, 2.2, 2.3, 2.4, NONE, NONE]);
+    }
+
+    #[test]
+    fn beams_that_are_unknown_say_nothing() {
+        assert_eq!(closed(2.0, &[f64::NAN, 2.0, f64::NAN])[1], 2.0);
+        assert!(closed(2.0, &[f64::NAN; 3]).iter().all(|range_m| range_m.is_nan()));
+    }
+}
