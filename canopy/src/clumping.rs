@@ -15,7 +15,7 @@ use crate::clumping_law::ClumpingLaw;
 pub struct Clumping {
     /// Contact of blocks of beams that end where all of them do over that of the beams.
     pub closed: f64,
-    /// What raw leaf areas are multiplied by; `None` where no law was fitted for such optics, or the calibration was made without one.
+    /// What raw leaf areas are multiplied by, before a calibration's scale; `None` where no law was fitted for such optics, or the calibration was made without one.
     pub factor: Option<f64>,
     /// Relative standard deviation of leaf areas by the constant, where no factor is told.
     pub constant_sd: f64,

@@ -288,8 +288,7 @@ fn row(
     let Mount { height_m, distance_m, offset_y_m, yaw_deg, pitch_deg, roll_deg, .. } = pass.mount;
     estimate.mount = Some(MountReport { height_m, distance_m, offset_y_m, yaw_deg, pitch_deg, roll_deg });
     let contact = pass.row.contact_report();
-    let of_hits = contact.leaf_area_filled_m2.zip(law.clumping().ok());
-    let filled_m2 = of_hits.map(|(sum_m2, clumping)| sum_m2 * clumping);
+    let filled_m2 = contact.leaf_area_filled_m2.filter(|_| leaves.is_ok());
     estimate.contact =
         Some(ContactReport { leaf_area_filled_m2: filled_m2, clumping: law.measured_clumping(), ..contact });
     estimate.other_side = pass.row.sides();
@@ -378,7 +377,7 @@ fn row(
     }
     estimate.measures =
         pass.row.measures(scanned_m).into_iter().map(|measure: Measure| measure.told(leaves)).collect();
-    estimate.trees_found = pass.row.trees_found(law.clumping());
+    estimate.trees_found = pass.row.trees_found(leaves);
     let metres = pass.row.metres.iter();
     estimate.slices.extend(metres.map(|cell| slice(cell, law.areas(&Sums::from(cell), cell.scanned_m))));
     match leaves {

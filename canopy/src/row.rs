@@ -218,6 +218,13 @@ impl Row {
         self.parameters.remission.as_ref()
     }
 
+    /// Which echo its scans hold is not known after all.
+    pub(crate) fn forget_echo(&mut self) {
+        if let Some(footprint) = &mut self.parameters.footprint {
+            footprint.echo = None;
+        }
+    }
+
     /// Whether the beams have a width, and nobody knows which echo their scans hold.
     pub(crate) fn lacks_the_echo(&self) -> bool {
         self.parameters.footprint.is_some_and(|footprint| footprint.echo.is_none())

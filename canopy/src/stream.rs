@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+use rowscan_protocol::host::SettingNote;
+use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::optics::FactoryEcho;
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::ScanFault;
@@ -200,6 +203,17 @@ impl Pipeline {
             pass.odometry = Odometry::default().with_encoder(EncoderChoice::Only);
         }
         self
+    }
+
+    /// Takes note of what the scanner says of its settings, before its first scan. One that refused the echo it was asked for, and sends another one by itself,
+    /// leaves unknown which its scans hold: beams with a width then tell no leaf area.
+    pub fn set_up(&mut self, notes: &[SettingNote]) {
+        if let Some(pass) = self.pass.as_mut().filter(|_| notes.iter().any(SettingNote::refuses_echo)) {
+            let model = AnyModel::by_name(&pass.mount.model);
+            if model.is_none_or(|model| model.optics().factory_echo == FactoryEcho::Last) {
+                pass.row.forget_echo();
+            }
+        }
     }
 
     /// Takes the next scan, in the order of reception. The advance is the encoder's where the rig knows one and the scan has its

@@ -54,8 +54,8 @@ fn clumping(estimate: &Estimate) -> Clumping {
     estimate.contact.unwrap().clumping.expect("beams with a width hit something")
 }
 
-fn raw(estimate: &Estimate) -> f64 {
-    estimate.leaf.areas.contact_raw_m2().unwrap()
+fn leaf(estimate: &Estimate) -> f64 {
+    estimate.leaf.areas.best_m2().unwrap()
 }
 
 fn close(a: f64, b: f64) -> bool {
@@ -78,23 +78,20 @@ fn the_row_its_trees_and_its_metres_go_by_one_factor() {
     let constant = estimated(eye(None, EchoChoice::First), None, &scans);
     let factor = clumping(&told).factor.unwrap();
     assert!((factor - 1.0).abs() > 0.05, "a factor that shows: {factor}");
-    assert!(close(raw(&told), factor * raw(&constant)));
-    let filled = |estimate: &Estimate| estimate.contact.unwrap().leaf_area_filled_m2.unwrap();
-    assert!(close(filled(&told), factor * filled(&constant)) || filled(&constant) == 0.0);
+    assert!(close(leaf(&told), factor * leaf(&constant)));
     for (of_told, of_constant) in told.trees.iter().zip(&constant.trees) {
-        let [a, b] = [of_told, of_constant].map(|tree| tree.leaf.areas.contact_raw_m2().unwrap());
+        let [a, b] = [of_told, of_constant].map(|tree| tree.leaf.areas.contact_m2().unwrap());
         assert!(close(a, factor * b) || b == 0.0);
     }
     for (of_told, of_constant) in told.slices.iter().zip(&constant.slices) {
-        let [a, b] = [of_told, of_constant].map(|metre| metre.leaf.areas.contact_raw_m2().unwrap());
+        let [a, b] = [of_told, of_constant].map(|metre| metre.leaf.areas.contact_m2().unwrap());
         assert!(close(a, factor * b) || b == 0.0);
     }
-    for (of_told, of_constant) in told.trees_found.iter().zip(&constant.trees_found) {
-        for (a, b) in of_told.trees.iter().zip(&of_constant.trees) {
-            let of = |leaf_m2: Option<f64>| leaf_m2.unwrap();
-            assert!(close(of(a.leaf_area_contact_raw_m2), factor * of(b.leaf_area_contact_raw_m2)));
-        }
+    // What is raw stays as it was counted, whatever is made of it.
+    for estimate in [&told, &constant] {
+        assert!(close(estimate.leaf.areas.contact_raw_m2().unwrap(), leaf(&constant)));
     }
+    assert_eq!(told.trees_found, constant.trees_found);
     assert_eq!(clumping(&constant).factor, None);
 }
 
@@ -129,7 +126,7 @@ fn windows_that_do_not_overlap_add_up_to_the_row() {
         }
     }
     let last = pipeline.window().unwrap().leaf.unwrap().factor();
-    let row_m2 = raw(&pipeline.finish());
+    let row_m2 = leaf(&pipeline.finish());
     let sum: f64 = slices.iter().map(|(_, raw_m2)| last * raw_m2).sum();
     assert!((sum / row_m2 - 1.0).abs() < 0.06, "{sum} {row_m2}: all slices but the last");
 }
@@ -148,8 +145,8 @@ fn of_device(clumping: ClumpingBy) -> Calibration {
 #[test]
 fn a_calibration_is_applied_to_the_raw_leaf_areas_that_it_was_fitted_on() {
     let scans = row(6);
-    let by = |calibration| raw(&estimated(eye(law(), EchoChoice::First), calibration, &scans));
-    let (bare, constant) = (by(None), raw(&estimated(eye(None, EchoChoice::First), None, &scans)));
+    let by = |calibration| leaf(&estimated(eye(law(), EchoChoice::First), calibration, &scans));
+    let (bare, constant) = (by(None), leaf(&estimated(eye(None, EchoChoice::First), None, &scans)));
     assert!(close(by(Some(of_device(ClumpingBy::Scans))), bare));
     assert!(close(by(Some(of_device(ClumpingBy::Constant))), constant));
     assert!(!close(bare, constant), "or nothing is shown");

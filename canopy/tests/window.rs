@@ -7,6 +7,7 @@ use common::*;
 use rowscan_canopy::{
     Calibration, Estimate, Footprint, LeafShape, LeafSlice, Parameters, Pipeline, Withheld, shipped,
 };
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::optics::{Fact, Spot};
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount, Rig};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
@@ -178,4 +179,29 @@ fn a_calibration_of_rays_on_wide_beams_withholds_the_regression_and_keeps_contac
     assert_eq!(areas.regression_m2(), Err(Withheld::CalibratedOnRays));
     let window = pipeline.window().unwrap().leaf.unwrap();
     assert!(areas.best_m2().is_ok() && window.m2_per_m() > 0.0);
+}
+
+#[test]
+fn a_scanner_that_refuses_the_echo_and_sends_the_last_by_itself_tells_no_leaf_area() {
+    use rowscan_protocol::host::SettingNote;
+    let refused = |command| SettingNote::Refused { command, error: None };
+    for (model, notes, withheld) in [
+        ("lms511", vec![refused("FREchoFilter")], Some(Withheld::EchoUnknown)),
+        // Another setting; and a scanner that sends the first by itself.
+        ("lms511", vec![refused("LMPoutputRange")], None),
+        ("lms111", vec![refused("FREchoFilter")], None),
+        ("lms511", vec![], None),
+    ] {
+        let mut rig = orchard_rig();
+        rig.optics = Some(BeamWidth::Device);
+        rig.scanners[0].model = model.into();
+        let optics = AnyModel::by_name(model).unwrap().optics();
+        let footprint = Footprint::of(optics, LeafShape::default());
+        let mut pipeline = pipeline(&rig, Parameters { footprint: Some(footprint), ..Parameters::default() });
+        pipeline.set_up(&notes);
+        drive(&rig, lms111(), 50, 200, wall(2.0)).iter().for_each(|scan| pipeline.push(scan));
+        let told = pipeline.window().unwrap().leaf.err();
+        assert_eq!(told.filter(|why| *why == Withheld::EchoUnknown), withheld, "{model} {notes:?}");
+        assert_eq!(pipeline.finish().warnings.iter().any(|w| w.code() == "echo_unknown"), withheld.is_some());
+    }
 }

@@ -192,6 +192,11 @@ impl SettingNote {
         })
     }
 
+    /// Whether the device keeps the echo that it sends, whichever that is.
+    pub fn refuses_echo(&self) -> bool {
+        matches!(self, Self::Refused { command: "FREchoFilter", .. })
+    }
+
     /// One word to branch on.
     pub fn code(&self) -> &'static str {
         match self {

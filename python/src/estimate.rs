@@ -210,6 +210,7 @@ async fn follow(
     mut enough: Enough,
 ) -> Result<(Estimate, Option<Reached>), Failure> {
     let mut scanner = Scanner::open(&source, config).await?;
+    pipeline.set_up(&scanner.settings());
     let reached = loop {
         match clock::within(LOOK_EVERY, scanner.arrival()).await.transpose()? {
             None => {}

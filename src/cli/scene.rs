@@ -51,6 +51,11 @@ impl OpticsArgs {
 }
 
 impl SceneArgs {
+    /// Whether its beams are as wide as the command line says, whatever the scene's file has.
+    pub(super) fn tells_optics(&self) -> bool {
+        self.optics.optics.is_some()
+    }
+
     /// The scene with its seed.
     pub(super) fn scene(&self) -> Result<Scene, Failure> {
         // A model that does not exist is told before an orchard has been grown for it.

@@ -216,7 +216,7 @@ fn row(
         seed,
         truth_m2,
         rays_m2,
-        eye_m2: eye_m2 / clumping.factor.unwrap_or(1.0),
+        eye_m2,
         closed: clumping.closed,
     }))
 }

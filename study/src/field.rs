@@ -205,15 +205,15 @@ pub fn scanned(
     })?;
     // Pieces are of one orchard: by the constant they scatter less.
     let clumping = estimate.contact.and_then(|contact| contact.clumping);
-    let by_scans = clumping.and_then(|clumping| Some((clumping.factor?, clumping.constant_sd)));
-    let (factor, spot_sd) = by_scans.unwrap_or((1.0, estimate.leaf.spot_relative_sd.unwrap_or(0.0)));
+    let by_constant = clumping.map(|clumping| clumping.constant_sd);
+    let spot_relative_sd = by_constant.or(estimate.leaf.spot_relative_sd).unwrap_or(0.0);
     Ok(ScannedPiece {
         sample: Sample {
             length_m: to_m - from_m,
             impacted_total_area_m2: parts.iter().map(|(impacted_m2, ..)| impacted_m2).sum(),
-            contact_leaf_area_m2: contact_m2 / factor,
+            contact_leaf_area_m2: contact_m2,
             leaf_area_m2: measured.leaf_area_m2,
-            spot_relative_sd: spot_sd,
+            spot_relative_sd,
             // Leaves by the shares of spots need a witness over whole rows.
             share_leaf_area_m2: None,
             clumping: ClumpingBy::Constant,

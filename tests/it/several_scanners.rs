@@ -245,3 +245,31 @@ fn each_stream_of_a_recording_is_read_by_its_own_model() {
     with_models_swapped(file.as_ref(), twin.as_ref());
     assert_ne!(live, estimate(&of(&twin), &right), "a wrong model is not the same");
 }
+
+/// What an emulator whose beams are told on its command line says of how to estimate it, run as it stands; with the flags before the source left out where
+/// `leave_out` says so.
+fn by_its_hint(optics: &str, leave_out: Option<&str>) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("two.toml");
+    std::fs::write(&scene, SCENE).unwrap();
+    let mut emulate = rowscan();
+    emulate.args(["emulate", scene.to_str().unwrap(), "--optics", optics, "--tcp", "127.0.0.1:0"]);
+    let child = emulate.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the binary runs");
+    let mut emulator = Emulator { child, address: String::new() };
+    let said = BufReader::new(emulator.child.stderr.take().unwrap()).lines().map(|line| line.unwrap());
+    let hint =
+        { said }.find_map(|line| line.strip_prefix("estimate with: rowscan ").map(str::to_owned)).unwrap();
+    let hint = leave_out.map_or(hint.clone(), |flag| hint.replace(flag, ""));
+    let ended = run(&[hint.split(' ').collect(), vec!["--scans", "40", "--format", "json"]].concat());
+    emulator.end();
+    serde_json::from_str(&ended.stdout).unwrap_or_else(|why| panic!("{hint}: {why}\n{}", ended.stderr))
+}
+
+#[test]
+fn a_hint_names_the_beams_that_the_command_line_gave_the_scanner() {
+    let estimator = |found: &Value| found["leaf_area_estimator"].as_str().unwrap_or_default().to_owned();
+    assert!(estimator(&by_its_hint("device", None)).ends_with("_spot_corrected"));
+    assert!(!estimator(&by_its_hint("ideal", None)).ends_with("_spot_corrected"));
+    // The scene's file has rays: without the flag the spot would stay in.
+    assert!(!estimator(&by_its_hint("device", Some(" --optics device"))).ends_with("_spot_corrected"));
+}

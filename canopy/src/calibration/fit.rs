@@ -39,12 +39,13 @@ impl Sample {
     pub fn of(estimate: &Estimate, leaf_area_m2: f64, clumping: ClumpingBy) -> Option<Self> {
         let contact = estimate.contact?;
         let told = contact.clumping.filter(|_| contact.clumping_by() == ClumpingBy::Scans);
+        let by_scans = told.filter(|_| clumping == ClumpingBy::Scans);
         let by_constant = told.filter(|_| clumping == ClumpingBy::Constant);
         Some(Self {
             length_m: estimate.canopy_m?,
             impacted_total_area_m2: estimate.impacted_total_area_m2?,
             contact_leaf_area_m2: estimate.leaf.areas.contact_raw_m2().ok()?
-                / by_constant.and_then(|told| told.factor).unwrap_or(1.0),
+                * by_scans.and_then(|told| told.factor).unwrap_or(1.0),
             leaf_area_m2,
             spot_relative_sd: by_constant
                 .map_or(estimate.leaf.spot_relative_sd, |told| Some(told.constant_sd))

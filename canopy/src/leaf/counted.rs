@@ -15,12 +15,12 @@ const READ: f64 = 0.95;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Counted<'a> {
     pub(crate) count: Count,
-    /// What sums of that count are multiplied by to be raw leaf areas: how the row's leaves stand, for hits of beams with a width.
+    /// What raw leaf areas are multiplied by before the scale: how the row's leaves stand, for hits of beams with a width.
     pub(crate) clumping: f64,
-    /// The row's raw leaf area: as rays would have it, as well as is known.
+    /// The row's raw leaf area times that: as rays would have it, as well as is known.
     pub(crate) raw_m2: f64,
     pub(crate) scale: Option<&'a ContactScale>,
-    /// What raw leaf areas are multiplied by: the row's own factor, for its trees, metres and windows too. So they add up to the row, and the exponent does not
+    /// What it is multiplied by then: the row's own factor, for its trees, metres and windows too. So they add up to the row, and the exponent does not
     /// enlarge their scatter.
     pub(crate) factor: f64,
 }
@@ -43,7 +43,7 @@ impl<'a> Counted<'a> {
         Self::new(Count::Hits, (totals.contact_m2, clumping), totals.canopy_m, scale)
     }
 
-    /// The raw leaf area of a stretch of the row, m².
+    /// The same of a stretch of the row, m².
     pub(super) fn raw_of(&self, sums: &Sums) -> f64 {
         self.clumping
             * match self.count {

@@ -187,7 +187,7 @@ impl<'a> Law<'a> {
         LeafAreas {
             best: ranged.best().known(),
             contact: ranged.contact.known(),
-            contact_raw: Ok(self.contact.raw_of(of)),
+            contact_raw: Ok(of.contact_m2),
             share: self.share.and_then(|_| ranged.share.ok_or(Withheld::NoShares)?.known()),
             share_raw: if self.reads_remission { Ok(of.share_m2) } else { Err(Withheld::NoShares) },
             regression,
@@ -217,14 +217,6 @@ impl<'a> Law<'a> {
     /// Relative standard deviation of leaf areas by hits for what the beams' width was taken out by; 0 for rays.
     pub(crate) fn spot_relative_sd(&self) -> f64 {
         self.spot_relative_sd
-    }
-
-    /// What sums of hits of parts of the row are multiplied by to be raw leaf areas.
-    ///
-    /// # Errors
-    /// Why no leaf area is told.
-    pub(crate) fn clumping(&self) -> Known {
-        self.told().map(|()| self.contact.clumping)
     }
 
     /// Against the fitted ranges. Without a canopy return a stretch is a gap: 0, never the line's intercept.

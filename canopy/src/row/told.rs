@@ -7,7 +7,7 @@ use crate::error::PipelineError;
 use crate::estimate::TreesFound;
 use crate::estimator::{Measure, Stretch};
 use crate::geometry::Frame;
-use crate::leaf::Known;
+use crate::leaf::Withheld;
 use crate::trees::Cut;
 
 impl Row {
@@ -37,13 +37,10 @@ impl Row {
     }
 
     /// The trees the data show.
-    pub(crate) fn trees_found(&self, clumping: Known) -> Vec<TreesFound> {
-        let told = |tree: FoundTree| {
-            let of_hits = tree.leaf_area_contact_raw_m2.zip(clumping.ok());
-            FoundTree {
-                leaf_area_contact_raw_m2: of_hits.map(|(sum_m2, clumping)| sum_m2 * clumping),
-                ..tree
-            }
+    pub(crate) fn trees_found(&self, leaves: Result<(), Withheld>) -> Vec<TreesFound> {
+        let told = |tree: FoundTree| FoundTree {
+            leaf_area_contact_raw_m2: tree.leaf_area_contact_raw_m2.filter(|_| leaves.is_ok()),
+            ..tree
         };
         let found = |(method, profile): (&CutMethod, &Profile)| TreesFound {
             method: *method,

@@ -82,6 +82,7 @@ impl Follower {
             };
             let stream = self.name.as_deref().unwrap_or(ONE_STREAM);
             self.models.tell(stream, &scanner.models(), self.taken_for);
+            self.pipeline.set_up(&scanner.settings());
             let telling = LinkTeller::start(&scanner, self.name.clone(), self.taken_for);
             let taken = tokio::select! {
                 taken = self.take(&mut scanner) => taken,

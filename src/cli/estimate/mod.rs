@@ -19,7 +19,7 @@ use rowscan_driver::{DriverConfig, DriverError, Source};
 use rowscan_ports::Delivery;
 use rowscan_ports::task;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::{EchoChoice, Rig};
+use rowscan_protocol::rig::{BeamWidth, EchoChoice, Rig};
 use rowscan_scenes::Orchard;
 use rowscan_study::reading::{CalibrationChoice, Reading, ReadingError};
 use rowscan_study::side_by_side::beside_truth;
@@ -44,7 +44,7 @@ use print::By;
 pub(super) use print::warnings;
 use profile::ProfileArgs;
 pub(super) use profile::band_m;
-use rig::{Loaded, Recorded};
+use rig::{Beams, Loaded, Recorded};
 use scanner_report::ScannerReport;
 use truth::true_scene;
 
@@ -67,6 +67,9 @@ pub(super) struct Args {
     /// The echo the scans hold: a live scanner is asked for it; of a recording it is taken as said [default: first of a live scanner]
     #[arg(long, value_enum, value_name = "WHICH", requires = "rig")]
     echo: Option<EchoArg>,
+    /// How wide the scanner's beams are, instead of what the rig says; a recording that an emulator made knows it itself
+    #[arg(long, value_enum, value_name = "HOW", requires = "rig")]
+    optics: Option<OpticsArg>,
     /// A calibration instead of the rig's own: a file, a shipped one's name, or a class (`spindle`), then that of the scanner's model
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
@@ -140,6 +143,24 @@ impl From<EchoArg> for EchoChoice {
     }
 }
 
+/// How wide beams are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum OpticsArg {
+    /// Rays, as `--optics ideal` of `emulate` makes them
+    Ideal,
+    /// As the model's own: a real scanner's, and those of `--optics device`
+    Device,
+}
+
+impl From<OpticsArg> for BeamWidth {
+    fn from(optics: OpticsArg) -> Self {
+        match optics {
+            OpticsArg::Ideal => Self::Ideal,
+            OpticsArg::Device => Self::Device,
+        }
+    }
+}
+
 /// How trees are told apart in the data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum CutArg {
@@ -175,6 +196,11 @@ fn metres(text: &str) -> Result<f64, String> {
 }
 
 impl Args {
+    /// What is said of the beams.
+    fn beams(&self) -> Beams {
+        Beams { echo: self.echo.map(EchoChoice::from), optics: self.optics.map(BeamWidth::from) }
+    }
+
     /// Which of the rig's scanners each source is.
     fn scanners(&self) -> Result<Vec<usize>, Failure> {
         let (sources, named) = (self.sources.len(), self.scanner.len());
@@ -353,9 +379,9 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     }
     let (rig, scene, mut recorded) = match &args.rig {
         Some(name) => {
-            let echo = args.echo.map(EchoChoice::from);
+            let beams = args.beams();
             let Loaded { rig, scene, recorded } =
-                rig::load(name, args.model.as_deref(), (&args.sources, &scanners), echo)?;
+                rig::load(name, args.model.as_deref(), (&args.sources, &scanners), beams)?;
             (Some(rig), scene, recorded)
         }
         None => (None, None, Vec::new()),
@@ -372,8 +398,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     if let (Some(reading), Some(scanner), true) =
         (readings.first_mut(), scanners.first(), args.other.is_given())
     {
-        let echo = args.echo.map(EchoChoice::from);
-        let read = args.other.read((args.rig.as_deref(), echo), *scanner, &reading.pipeline);
+        let read = args.other.read((args.rig.as_deref(), args.beams()), *scanner, &reading.pipeline);
         match interrupt.or(read).await.transpose()? {
             None => return Ok(Outcome::Done),
             Some(None) => {}

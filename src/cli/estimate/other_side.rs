@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use rowscan_canopy::{Heading, OtherSide, Pipeline};
 use rowscan_driver::{Arrival, DriverConfig, Scanner, Source};
-use rowscan_protocol::rig::{EchoChoice, Rig};
+use rowscan_protocol::rig::Rig;
 use rowscan_study::reading::{CalibrationChoice, Reading};
 use rowscan_study::sides::SidesError;
 
 use super::super::Failure;
 use super::super::output::say;
-use super::rig::{self, Loaded, Recorded};
+use super::rig::{self, Beams, Loaded, Recorded};
 
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct OtherSideArgs {
@@ -63,7 +63,7 @@ impl OtherSideArgs {
     /// Reads that pass, for one by `here`'s rig and scanner whose pipeline this is; none if there is no other side.
     pub(super) async fn read(
         &self,
-        (name, echo): (Option<&str>, Option<EchoChoice>),
+        (name, beams): (Option<&str>, Beams),
         scanner: usize,
         pipeline: &Pipeline,
     ) -> Result<Option<Arc<OtherSide>>, Failure> {
@@ -75,7 +75,7 @@ impl OtherSideArgs {
         };
         let scanner = self.other_scanner.unwrap_or(scanner);
         let Loaded { rig, recorded, .. } =
-            rig::load(name, None, (std::slice::from_ref(source), &[scanner]), echo)?;
+            rig::load(name, None, (std::slice::from_ref(source), &[scanner]), beams)?;
         let rig = recorded.first().map_or_else(|| rig.clone(), |told: &Recorded| told.decides(&rig));
         let heading = Heading { start_m: self.other_start.unwrap_or(rig.start_m), back: self.other_back };
         // Its voxels are as large as this pass's, whatever its own speed asks for.

@@ -39,16 +39,24 @@ pub(super) struct Recorded {
     pub(super) other_scene: Option<String>,
 }
 
-/// The rig called `name`. Its scanners, one a source, are of `model`, or else of the model that the source's recording names, and send this echo.
+/// What the command line says of the beams, before the rig.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Beams {
+    pub(super) echo: Option<EchoChoice>,
+    pub(super) optics: Option<BeamWidth>,
+}
+
+/// The rig called `name`. Its scanners, one a source, are of `model`, or else of the model that the source's recording names, and have such beams.
 pub(super) fn load(
     name: &str,
     model: Option<&str>,
     (sources, scanners): (&[Source], &[usize]),
-    echo: Option<EchoChoice>,
+    beams: Beams,
 ) -> Result<Loaded, Failure> {
     let (rig, scene) = files::load_rig(name, say)?;
+    let rig = Rig { optics: beams.optics.or(rig.optics), ..rig };
     let asked = model.map(models::find).transpose()?;
-    let rig = fitted_rig(rig, scanners, asked, echo);
+    let rig = fitted_rig(rig, scanners, asked, beams.echo);
     let of_scene = scene.as_ref().map(|_| name);
     let recorded = |(source, scanner): (&Source, &usize)| {
         let Some(recording) = source.peek() else { return Recorded::default() };
