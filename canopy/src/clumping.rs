@@ -15,9 +15,13 @@ use crate::clumping_law::ClumpingLaw;
 pub struct Clumping {
     /// Contact of blocks of beams that end where all of them do over that of the beams.
     pub closed: f64,
-    /// What raw leaf areas are multiplied by, before a calibration's scale; `None` where no law was fitted for such optics, or the calibration was made without one.
+    /// What raw leaf areas are multiplied by, before a calibration's scale; `None` where no law was fitted for such optics.
     pub factor: Option<f64>,
-    /// Relative standard deviation of leaf areas by the constant, where no factor is told.
+    /// Leaf areas go by it: a calibration says that it was fitted so. The factor of the row so far may change by a tenth along a row.
+    pub applied: bool,
+    /// Relative standard deviation of leaf areas by the factor: the law's, where such rows were fitted.
+    pub relative_sd: f64,
+    /// The same by the constant.
     pub constant_sd: f64,
 }
 
@@ -31,6 +35,13 @@ impl Clumping {
     ) -> Option<Self> {
         let closed = closed_m2 / contact_m2;
         let factor = law.map(|law| law.factor(closed));
-        (closed.is_finite() && closed > 0.0).then_some(Self { closed, factor, constant_sd })
+        let relative_sd = law.filter(|law| law.holds(closed)).map_or(constant_sd, |law| law.relative_sd);
+        let told = Self { closed, factor, applied: false, relative_sd, constant_sd };
+        (closed.is_finite() && closed > 0.0).then_some(told)
+    }
+
+    /// What leaf areas are multiplied by.
+    pub(crate) fn times(&self) -> f64 {
+        self.factor.filter(|_| self.applied).unwrap_or(1.0)
     }
 }

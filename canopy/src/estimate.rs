@@ -6,7 +6,6 @@ use rowscan_protocol::model::AnyModel;
 use serde::Serialize;
 
 use crate::by_height::HeightProfile;
-use crate::calibration::contact_scale::ClumpingBy;
 use crate::calibration::model::CalibrationClass;
 use crate::clumping::Clumping;
 use crate::cut::{CutMethod, FoundTree};
@@ -192,16 +191,6 @@ pub struct ContactReport {
     /// How close together the leaves stand; `None` of rays, and where nothing was hit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clumping: Option<Clumping>,
-}
-
-impl ContactReport {
-    /// Where raw leaf areas have from how close together leaves stand.
-    pub fn clumping_by(&self) -> ClumpingBy {
-        match self.clumping {
-            Some(Clumping { factor: Some(_), .. }) => ClumpingBy::Scans,
-            _ => ClumpingBy::Constant,
-        }
-    }
 }
 
 /// What came of joining the passes.

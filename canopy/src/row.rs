@@ -165,16 +165,12 @@ impl Row {
         self.parameters.footprint.is_some()
     }
 
-    /// Relative standard deviation of the leaf area for what the beams' width was taken out by, at the row plane, where so much is known of how leaves stand; 0
-    /// for ideal rays.
+    /// Relative standard deviation of the leaf area for what the beams' width was taken out by, at the row plane; 0 for ideal rays.
     pub(crate) fn spot_relative_sd(&self, clumping: Option<&Clumping>) -> f64 {
-        let law = self.parameters.footprint.and_then(|footprint| footprint.law);
-        let by_law = law
-            .zip(clumping)
-            .filter(|(law, clumping)| clumping.factor.is_some() && law.holds(clumping.closed));
-        by_law.map_or_else(
+        let applied = clumping.filter(|clumping| clumping.applied);
+        applied.map_or_else(
             || self.parameters.spot_relative_sd(self.frame.distance_m),
-            |(law, _)| law.relative_sd,
+            |clumping| clumping.relative_sd,
         )
     }
 

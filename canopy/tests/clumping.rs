@@ -54,6 +54,11 @@ fn clumping(estimate: &Estimate) -> Clumping {
     estimate.contact.unwrap().clumping.expect("beams with a width hit something")
 }
 
+/// By a calibration that was fitted on leaf areas by the scans, a proportion of 1.
+fn by_scans(parameters: Parameters, scans: &[Scan]) -> Estimate {
+    estimated(parameters, Some(of_device(ClumpingBy::Scans)), scans)
+}
+
 fn leaf(estimate: &Estimate) -> f64 {
     estimate.leaf.areas.best_m2().unwrap()
 }
@@ -74,8 +79,8 @@ fn small_surfaces_are_passed_by_blocks_of_beams_and_large_ones_are_not() {
 #[test]
 fn the_row_its_trees_and_its_metres_go_by_one_factor() {
     let scans = row(6);
-    let told = estimated(eye(law(), EchoChoice::First), None, &scans);
-    let constant = estimated(eye(None, EchoChoice::First), None, &scans);
+    let told = by_scans(eye(law(), EchoChoice::First), &scans);
+    let constant = by_scans(eye(None, EchoChoice::First), &scans);
     let factor = clumping(&told).factor.unwrap();
     assert!((factor - 1.0).abs() > 0.05, "a factor that shows: {factor}");
     assert!(close(leaf(&told), factor * leaf(&constant)));
@@ -99,8 +104,9 @@ fn the_row_its_trees_and_its_metres_go_by_one_factor() {
 fn what_is_known_of_it_is_the_laws_where_such_rows_were_fitted_and_else_the_constants() {
     let law = law().unwrap();
     for (block, fitted) in [(8, true), (1, false)] {
-        let told = estimated(eye(Some(law), EchoChoice::First), None, &row(block));
-        let Clumping { closed, constant_sd, .. } = clumping(&told);
+        let told = by_scans(eye(Some(law), EchoChoice::First), &row(block));
+        let Clumping { closed, constant_sd, applied, .. } = clumping(&told);
+        assert!(applied);
         assert_eq!(law.holds(closed), fitted, "{block}: {closed}");
         let expected = if fitted { law.relative_sd } else { constant_sd };
         assert_eq!(told.leaf.spot_relative_sd, Some(expected), "{block}");
@@ -111,8 +117,13 @@ fn what_is_known_of_it_is_the_laws_where_such_rows_were_fitted_and_else_the_cons
 
 #[test]
 fn windows_that_do_not_overlap_add_up_to_the_row() {
-    let mut pipeline =
-        Pipeline::with_parameters(Some(&rig()), 0, None, eye(law(), EchoChoice::First)).unwrap();
+    let mut pipeline = Pipeline::with_parameters(
+        Some(&rig()),
+        0,
+        Some(of_device(ClumpingBy::Scans)),
+        eye(law(), EchoChoice::First),
+    )
+    .unwrap();
     let mut slices: Vec<([f64; 2], f64)> = Vec::new();
     for scan in row(6) {
         pipeline.push(&scan);
@@ -146,10 +157,11 @@ fn of_device(clumping: ClumpingBy) -> Calibration {
 fn a_calibration_is_applied_to_the_raw_leaf_areas_that_it_was_fitted_on() {
     let scans = row(6);
     let by = |calibration| leaf(&estimated(eye(law(), EchoChoice::First), calibration, &scans));
-    let (bare, constant) = (by(None), leaf(&estimated(eye(None, EchoChoice::First), None, &scans)));
-    assert!(close(by(Some(of_device(ClumpingBy::Scans))), bare));
-    assert!(close(by(Some(of_device(ClumpingBy::Constant))), constant));
-    assert!(!close(bare, constant), "or nothing is shown");
+    let constant = leaf(&estimated(eye(None, EchoChoice::First), None, &scans));
+    let factor = clumping(&estimated(eye(law(), EchoChoice::First), None, &scans)).factor.unwrap();
+    assert!(close(by(None), constant) && close(by(Some(of_device(ClumpingBy::Constant))), constant));
+    assert!(close(by(Some(of_device(ClumpingBy::Scans))), factor * constant));
+    assert!((factor - 1.0).abs() > 0.05, "or nothing is shown");
     // Files without the key are of the constant, and stay as they were.
     let text = shipped::text("spindle-lms111-device").unwrap();
     assert!(!text.contains("clumping"), "{text}");

@@ -38,20 +38,18 @@ impl Sample {
     /// class and density scatter less by the constant. None if the estimate was made without a rig.
     pub fn of(estimate: &Estimate, leaf_area_m2: f64, clumping: ClumpingBy) -> Option<Self> {
         let contact = estimate.contact?;
-        let told = contact.clumping.filter(|_| contact.clumping_by() == ClumpingBy::Scans);
+        let told = contact.clumping.filter(|told| told.factor.is_some());
         let by_scans = told.filter(|_| clumping == ClumpingBy::Scans);
-        let by_constant = told.filter(|_| clumping == ClumpingBy::Constant);
+        let spot_sd = contact.clumping.map(|told| by_scans.map_or(told.constant_sd, |told| told.relative_sd));
         Some(Self {
             length_m: estimate.canopy_m?,
             impacted_total_area_m2: estimate.impacted_total_area_m2?,
             contact_leaf_area_m2: estimate.leaf.areas.contact_raw_m2().ok()?
                 * by_scans.and_then(|told| told.factor).unwrap_or(1.0),
             leaf_area_m2,
-            spot_relative_sd: by_constant
-                .map_or(estimate.leaf.spot_relative_sd, |told| Some(told.constant_sd))
-                .unwrap_or(0.0),
+            spot_relative_sd: spot_sd.or(estimate.leaf.spot_relative_sd).unwrap_or(0.0),
             share_leaf_area_m2: estimate.leaf.areas.share_raw_m2().ok(),
-            clumping: told.map_or(ClumpingBy::Constant, |_| clumping),
+            clumping: by_scans.map_or(ClumpingBy::Constant, |_| ClumpingBy::Scans),
         })
     }
 }

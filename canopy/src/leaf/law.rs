@@ -88,14 +88,11 @@ impl<'a> Law<'a> {
         };
         let spot_corrected = row.takes_out_the_spot();
         let clumping = row.clumping(&totals).map(|measured| Clumping {
-            factor: measured.factor.filter(|_| goes_by_clumping(calibration)),
+            applied: measured.factor.is_some() && goes_by_clumping(calibration),
             ..measured
         });
-        let contact = Counted::by_hits(
-            &totals,
-            clumping.and_then(|clumping| clumping.factor).unwrap_or(1.0),
-            calibration,
-        );
+        let times = clumping.map_or(1.0, |clumping| clumping.times());
+        let contact = Counted::by_hits(&totals, times, calibration);
         let spot_relative_sd = row.spot_relative_sd(clumping.as_ref());
         Self {
             calibration,
@@ -257,11 +254,9 @@ impl<'a> Law<'a> {
     }
 }
 
-/// Whether raw leaf areas go by how the row's leaves stand: what is fitted on wide beams must be applied as it was fitted.
+/// Whether leaf areas go by how the row's leaves stand: what was fitted so must be applied so.
 fn goes_by_clumping(calibration: Option<&Calibration>) -> bool {
-    calibration.is_none_or(|calibration| {
-        calibration.class.optics == Optics::Ideal || calibration.contact.clumping == ClumpingBy::Scans
-    })
+    calibration.is_some_and(|calibration| calibration.contact.clumping == ClumpingBy::Scans)
 }
 
 /// The regression on I_T that a calibration has for such beams.
