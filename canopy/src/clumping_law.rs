@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn every_line_of_the_table_is_a_law_of_a_model() {
-        for line in TABLE.lines().filter(|line| !line.starts_with(['#', 'm']) || line.starts_with("mrs")) {
+        for line in TABLE.lines().filter(|line| !line.starts_with('#')).skip(1) {
             let law = read(line).unwrap_or_else(|| panic!("no law: {line}"));
             let model = AnyModel::by_name(law.model).expect(line);
             assert_eq!(ClumpingLaw::of(model.optics()).map(|law| law.constant), Some(law.constant), "{line}");

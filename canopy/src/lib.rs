@@ -95,7 +95,7 @@ mod voxels;
 mod warning;
 pub mod window;
 
-pub use by_height::{BandEstimate, HeightProfile, TreeBands};
+pub use by_height::{BAND_HEIGHTS_M, BandEstimate, HeightProfile, TreeBands};
 pub use calibration::{Calibration, CalibrationError, CanopyClass, FitError, Sample, fit};
 pub use card_law::CardMisfit;
 pub use class::{ClassKey, RowClass, ScanGeometry};

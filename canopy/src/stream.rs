@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use rowscan_protocol::host::SettingNote;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::optics::FactoryEcho;
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::ScanFault;
@@ -210,7 +209,7 @@ impl Pipeline {
     pub fn set_up(&mut self, notes: &[SettingNote]) {
         if let Some(pass) = self.pass.as_mut().filter(|_| notes.iter().any(SettingNote::refuses_echo)) {
             let model = AnyModel::by_name(&pass.mount.model);
-            if model.is_none_or(|model| model.optics().factory_echo == FactoryEcho::Last) {
+            if model.is_none_or(|model| !model.optics().factory_echo.begins_with_first()) {
                 pass.row.forget_echo();
             }
         }

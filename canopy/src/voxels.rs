@@ -34,7 +34,7 @@ pub(crate) struct Voxels {
     delays: Delays,
     /// Returns closer than this are one echo.
     merged_m: f64,
-    /// Of beams with a width.
+    /// How blocks of beams are made; `None` of rays.
     closing: Option<Closing>,
     parameters: Parameters,
 }
@@ -84,7 +84,7 @@ pub(crate) struct Voxel {
     pub(crate) share_hits_per_m: f64,
     /// Σ line weight · ∫ dr / range² over the free paths of the shares of those beams.
     pub(crate) share_path: f64,
-    /// As `hits_m` and `path_m2`, of what blocks beams over two spots on end ([`Closing`]); 0 for rays.
+    /// As `hits_m`, `path_m2` and `beams`, of blocks of beams over two spots ([`Closing`]); 0 for rays.
     pub(crate) closed_hits_m: f64,
     pub(crate) closed_path_m2: f64,
     pub(crate) closed_beams: u32,
@@ -213,7 +213,7 @@ impl Voxels {
         }
     }
 
-    /// The same of beams that pass where any beam within two spots does.
+    /// The same of blocks of beams, which pass where any of their beams does.
     fn add_closed(&mut self, line: &BeamLine<'_>, weight_m: f64) {
         let Self { paths, voxels, delays, closing: Some(closing), .. } = self else { return };
         for (way, range_m) in paths.ways.iter().zip(closing.close(line)) {
@@ -314,9 +314,7 @@ impl Voxels {
         if self.parameters.remission.is_none() {
             return 0.0;
         }
-        let density = |voxel: &Voxel| voxel.share_frequency(self.min_beams);
-        let sum: f64 = self.layers(density).map(|layer| layer.density + layer.filled).sum();
-        sum * self.volume_m3() / self.parameters.projection
+        self.leaf_area_m2(|voxel| voxel.share_frequency(self.min_beams))
     }
 
     /// Leaf area by blocks of beams, m²: 0 of rays.
@@ -324,7 +322,11 @@ impl Voxels {
         if self.closing.is_none() {
             return 0.0;
         }
-        let density = |voxel: &Voxel| voxel.closed_frequency(self.min_beams);
+        self.leaf_area_m2(|voxel| voxel.closed_frequency(self.min_beams))
+    }
+
+    /// Leaf area by a density that a voxel's sums give, m², unvisited voxels filled.
+    fn leaf_area_m2(&self, density: impl Fn(&Voxel) -> Option<f64> + Copy) -> f64 {
         let sum: f64 = self.layers(density).map(|layer| layer.density + layer.filled).sum();
         sum * self.volume_m3() / self.parameters.projection
     }

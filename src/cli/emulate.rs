@@ -11,7 +11,7 @@ use rowscan_emulator::{StartWhen, ViewError};
 use rowscan_protocol::device::DialectPolicy;
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::{BeamWidth, Rig};
+use rowscan_protocol::rig::Rig;
 use rowscan_recording::{About, Taps};
 use tokio::runtime::Handle;
 use tokio::task::JoinSet;
@@ -345,11 +345,8 @@ impl Args {
         if !sources.is_empty() && sources.len() == fitted.len() {
             let sources = sources.join(" ");
             // The scene's file does not know of the flag.
-            let optics = match stage.scene.optics.beam_width() {
-                _ if !self.scene.tells_optics() => "",
-                BeamWidth::Ideal => " --optics ideal",
-                BeamWidth::Device => " --optics device",
-            };
+            let width = stage.scene.optics.beam_width().name();
+            let optics = if self.scene.tells_optics() { format!(" --optics {width}") } else { String::new() };
             let which = which(fitted);
             say(format_args!("estimate with: rowscan estimate {sources} --rig {scene}{which}{optics}"));
         }

@@ -13,8 +13,8 @@ use crate::class::row_class;
 use crate::eye::placed;
 use crate::height_truth::TruthByBand;
 use crate::reading::{ReadingError, rig_with};
-use crate::rms;
 use crate::trial::{ByHitsAndShares, TrialError, each_scan};
+use crate::{median, rms};
 
 /// Length of the truth's slabs, metres.
 const SLAB_M: f64 = 0.05;
@@ -309,13 +309,12 @@ fn kind_summed_up(
     }
     let errors: Vec<f64> = found.iter().zip(&truths).map(|(found, truth)| found - truth).collect();
     let (error_sd, truth_sd, seen_sd) = (rms(&errors), rms(&truths), rms(&found));
-    let mut own: Vec<f64> = rows
+    let own: Vec<f64> = rows
         .iter()
         .flat_map(|row| row.iter())
         .filter(|pair| pair.truth_m2 > 0.0)
         .map(|pair| (pair.leaf_m2 / pair.truth_m2 - 1.0).abs())
         .collect();
-    own.sort_by(f64::total_cmp);
     let products: Vec<f64> = found.iter().zip(&truths).map(|(found, truth)| found * truth).collect();
     let of_intervals = |of: fn(&(bool, f64)) -> f64| {
         (!intervals.is_empty()).then(|| mean(&intervals.iter().map(of).collect::<Vec<_>>()))
@@ -334,7 +333,7 @@ fn kind_summed_up(
         rmse: rms(&drawn),
         holds: of_intervals(|interval| f64::from(u8::from(interval.0))),
         half_width: of_intervals(|interval| interval.1),
-        median_error: own.get(own.len() / 2).copied(),
+        median_error: median(own),
     })
 }
 

@@ -11,7 +11,6 @@ use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::lms2xx::client::Lms2xxConfig;
 use rowscan_protocol::model::{AnyModel, ScanMode};
-use rowscan_protocol::optics::FactoryEcho;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount, RemissionReading, Rig};
 
 use crate::calibrations::{self, ConfigError};
@@ -221,7 +220,7 @@ fn sampling(rig: &Rig, mount: &Mount) -> Sampling {
 fn footprint(rig: &Rig, mount: &Mount, live: bool) -> Option<Footprint> {
     rig.optics.filter(|width| *width == BeamWidth::Device)?;
     let model = AnyModel::by_name(&mount.model)?;
-    let first_by_itself = model.optics().factory_echo != FactoryEcho::Last;
+    let first_by_itself = model.optics().factory_echo.begins_with_first();
     let echo = mount.echo.or((live || first_by_itself).then_some(EchoChoice::First));
     let (least_share, least_share_sd) = (mount.min_share, mount.min_share_sd);
     let of_model = Footprint::of(model.optics(), leaves(rig));

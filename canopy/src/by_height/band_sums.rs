@@ -1,5 +1,7 @@
 //! What was measured of one band of height.
 
+use crate::leaf::Count;
+
 /// What was measured of one band of a stretch of row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct BandSums {
@@ -21,6 +23,11 @@ pub(super) struct BandSums {
 }
 
 impl BandSums {
+    /// Raw leaf area, m².
+    pub(super) fn raw_m2(&self, count: Count) -> f64 {
+        count.of(self.contact_m2, self.share_m2)
+    }
+
     pub(super) fn add(&mut self, other: &Self) {
         self.contact_m2 += other.contact_m2;
         self.share_m2 += other.share_m2;

@@ -5,41 +5,20 @@
 
 use super::band_sums::BandSums;
 use crate::leaf::Count;
-
-/// Length of a block, metres of row.
-const BLOCK_M: f64 = 2.0;
-/// Fewest blocks that tell a spread.
-const FEWEST: usize = 4;
-/// Most blocks: a longer row has longer ones.
-const MOST: usize = 200;
+use crate::uncertainty::blocks::{BLOCK_M, FEWEST, MOST};
 
 /// Blocks of the row, in the order of travel.
 #[derive(Clone, Debug)]
 pub(super) struct Blocks {
     length_m: f64,
     bands: usize,
-    blocks: Vec<(i64, Vec<Block>)>,
-}
-
-/// What a band of a block holds, m².
-#[derive(Clone, Copy, Debug, Default)]
-struct Block {
-    contact_m2: f64,
-    share_m2: f64,
-    impacted_m2: f64,
-}
-
-impl Block {
-    fn add(&mut self, other: &Self) {
-        self.contact_m2 += other.contact_m2;
-        self.share_m2 += other.share_m2;
-        self.impacted_m2 += other.impacted_m2;
-    }
+    /// By their place along the row: what their bands hold.
+    blocks: Vec<(i64, Vec<BandSums>)>,
 }
 
 impl Blocks {
     pub(super) fn new(bands: usize) -> Self {
-        Self { length_m: BLOCK_M, bands, blocks: Vec::new() }
+        Self { length_m: BLOCK_M as f64, bands, blocks: Vec::new() }
     }
 
     /// Adds a slice around `y_m`.
@@ -51,20 +30,19 @@ impl Blocks {
                 index = index.div_euclid(2);
             }
             if !self.blocks.iter().any(|(known, _)| *known == index) {
-                self.blocks.push((index, vec![Block::default(); self.bands]));
+                self.blocks.push((index, vec![BandSums::default(); self.bands]));
             }
         }
         let block = self.blocks.iter_mut().rev().find(|(known, _)| *known == index);
         for (sum, band) in block.into_iter().flat_map(|(_, block)| block).zip(slice) {
-            let BandSums { contact_m2, share_m2, impacted_m2, .. } = *band;
-            sum.add(&Block { contact_m2, share_m2, impacted_m2 });
+            sum.add(band);
         }
     }
 
     /// Makes blocks twice as long.
     fn join_neighbours(&mut self) {
         self.length_m *= 2.0;
-        let mut joined: Vec<(i64, Vec<Block>)> = Vec::with_capacity(MOST);
+        let mut joined: Vec<(i64, Vec<BandSums>)> = Vec::with_capacity(MOST);
         for (index, bands) in self.blocks.drain(..) {
             let index = index.div_euclid(2);
             match joined.iter_mut().find(|(known, _)| *known == index) {
@@ -85,21 +63,13 @@ impl Blocks {
         self.count() >= FEWEST
     }
 
-    /// The fewest that are.
-    pub(super) fn fewest() -> usize {
-        FEWEST
-    }
-
     /// The relative standard deviation of a band's leaf area over the row; `None` where there are too few blocks, or there is no leaf in it.
     pub(super) fn relative_sd(&self, band: usize, count: Count) -> Option<f64> {
         if !self.are_enough() {
             return None;
         }
         let blocks = || self.blocks.iter().filter_map(|(_, bands)| bands.get(band));
-        let leaf_m2 = |block: &Block| match count {
-            Count::Hits => block.contact_m2,
-            Count::Shares => block.share_m2,
-        };
+        let leaf_m2 = |block: &BandSums| block.raw_m2(count);
         let (leaf, impacted) = blocks()
             .fold((0.0, 0.0), |(leaf, area), block| (leaf + leaf_m2(block), area + block.impacted_m2));
         if !(leaf > 0.0 && impacted > 0.0) {

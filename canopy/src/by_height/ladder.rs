@@ -5,7 +5,7 @@ use crate::geometry::Frame;
 use crate::voxels::Region;
 
 /// The least and the greatest height of a band, metres.
-const HEIGHTS_M: [f64; 2] = [0.1, 0.5];
+pub const BAND_HEIGHTS_M: [f64; 2] = [0.1, 0.5];
 
 /// Where the bands are, and the voxels that they are made of.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,7 @@ impl Ladder {
     /// # Errors
     /// A band that is too low or too high.
     pub(super) fn new(band_m: f64, region: Region, frame: &Frame) -> Result<Self, PipelineError> {
-        let [low_m, high_m] = HEIGHTS_M;
+        let [low_m, high_m] = BAND_HEIGHTS_M;
         PipelineError::check("profile", band_m, low_m, high_m)?;
         let top_m = region.z_m + region.nz as f64 * region.dz_m;
         let count = (top_m / band_m - 1e-9).ceil().max(1.0) as usize;

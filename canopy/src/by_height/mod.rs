@@ -18,6 +18,7 @@ mod sums;
 mod told;
 mod unsure;
 
+pub use ladder::BAND_HEIGHTS_M;
 pub(crate) use report::tell;
 pub(crate) use sums::ByHeight;
 pub use told::{BandEstimate, HeightProfile, TreeBands};

@@ -1,12 +1,12 @@
 //! From sums to the profile: leaf areas by the row's law, intervals by its blocks.
 
-use super::band_sums::BandSums;
 use super::sums::{ByHeight, Stretch};
 use super::told::{BandEstimate, HeightProfile, TreeBands};
 use super::unsure::{Shared, Unsure, ends_m2};
 use crate::estimate::{Estimate, TreeEstimate};
 use crate::leaf::{Count, Law};
 use crate::pieces::RowSds;
+use crate::uncertainty::blocks::FEWEST;
 use crate::warning::Warning;
 
 /// Fills in the profile of an estimate whose row and trees are told already.
@@ -27,7 +27,7 @@ pub(crate) fn tell(estimate: &mut Estimate, by_height: &ByHeight, law: &Law<'_>,
     };
     let blocks = &by_height.blocks;
     if !blocks.are_enough() {
-        let (blocks, expected) = (blocks.count(), super::blocks::Blocks::fewest());
+        let (blocks, expected) = (blocks.count(), FEWEST);
         estimate.warnings.push(Warning::TooFewBlocks { blocks, expected });
     }
     let already = estimate.warnings.iter().any(|warning| matches!(warning, Warning::TooManyCells { .. }));
@@ -40,15 +40,8 @@ pub(crate) fn tell(estimate: &mut Estimate, by_height: &ByHeight, law: &Law<'_>,
 /// What a tree's raw leaf areas are multiplied by, that its bands add up to what is told of it; `None` where nothing is.
 fn scale_of_tree(tree: &TreeEstimate, sums: &Stretch, count: Count) -> Option<f64> {
     let told_m2 = tree.leaf.areas.best_m2().ok()?;
-    let raw_m2: f64 = sums.bands.iter().map(|band| raw_m2(band, count)).sum();
+    let raw_m2: f64 = sums.bands.iter().map(|band| band.raw_m2(count)).sum();
     Some(if raw_m2 > 0.0 { told_m2 / raw_m2 } else { 0.0 })
-}
-
-fn raw_m2(band: &BandSums, count: Count) -> f64 {
-    match count {
-        Count::Hits => band.contact_m2,
-        Count::Shares => band.share_m2,
-    }
 }
 
 /// How a stretch of the row is told.
@@ -69,7 +62,7 @@ impl Told<'_> {
         // Of a band that no beam came to nothing is known.
         let leaf_m2: Vec<Option<f64>> = bands
             .iter()
-            .map(|band| Some(self.scale? * raw_m2(band, self.count)).filter(|_| band.reached > 0.0))
+            .map(|band| Some(self.scale? * band.raw_m2(self.count)).filter(|_| band.reached > 0.0))
             .collect();
         let told = bands.iter().enumerate().map(|(number, band)| {
             let [from_m, to_m] = self.by_height.ladder.edges_m(number);

@@ -11,7 +11,7 @@ use crate::estimator::Sighting;
 use crate::geometry::Frame;
 use crate::parameters::Parameters;
 use crate::percentile::{BASE_SHARE, Histogram, TOP_SHARE};
-use crate::voxels::{Voxel, Voxels};
+use crate::voxels::{LayerSum, Voxel, Voxels};
 
 /// Trees whose bands are kept at most; later ones count in the row's only.
 const MOST_TREES: usize = 20_000;
@@ -36,6 +36,21 @@ impl Stretch {
         let Some(found_m) = crown_m(heights) else { return };
         let [base_m, top_m] = self.crown_m.unwrap_or(found_m);
         self.crown_m = Some([base_m.min(found_m[0]), top_m.max(found_m[1])]);
+    }
+}
+
+/// Every band's part of every layer: of its height, and of the returns in it, or of its height where it has none.
+fn each_part(
+    ladder: &Ladder,
+    open: &OpenSlice,
+    layers: impl Iterator<Item = LayerSum>,
+    mut each: impl FnMut(usize, &LayerSum, f64, f64),
+) {
+    for (layer, sum) in layers.enumerate() {
+        for (band, part_m) in ladder.bands_of(sum.z_m) {
+            let part = part_m / ladder.region.dz_m;
+            each(band, &sum, part, open.share_of_layer(ladder, layer, band).unwrap_or(part));
+        }
     }
 }
 
@@ -167,28 +182,20 @@ impl ByHeight {
         let min_beams = voxels.min_beams();
         let per_density_m2 = voxels.volume_m3() / parameters.projection;
         let of_hits = |voxel: &Voxel| density(voxel, min_beams);
-        for (layer, sum) in voxels.layers(of_hits).enumerate() {
-            let leaf_m2 = (sum.density + sum.filled) * per_density_m2;
-            for (band, part_m) in ladder.bands_of(sum.z_m) {
-                let part = part_m / ladder.region.dz_m;
-                let share = open.share_of_layer(ladder, layer, band).unwrap_or(part);
-                if let Some(of_band) = slice.get_mut(band) {
-                    of_band.contact_m2 += leaf_m2 * share;
-                    of_band.reached += f64::from(sum.visited) * part;
-                }
+        let leaf_m2 = |sum: &LayerSum| (sum.density + sum.filled) * per_density_m2;
+        each_part(ladder, open, voxels.layers(of_hits), |band, sum, part, share| {
+            if let Some(of_band) = slice.get_mut(band) {
+                of_band.contact_m2 += leaf_m2(sum) * share;
+                of_band.reached += f64::from(sum.visited) * part;
             }
-        }
+        });
         if parameters.remission.is_some() {
-            for (layer, sum) in voxels.layers(|voxel| voxel.share_frequency(min_beams)).enumerate() {
-                let leaf_m2 = (sum.density + sum.filled) * per_density_m2;
-                for (band, part_m) in ladder.bands_of(sum.z_m) {
-                    let part = part_m / ladder.region.dz_m;
-                    let share = open.share_of_layer(ladder, layer, band).unwrap_or(part);
-                    if let Some(of_band) = slice.get_mut(band) {
-                        of_band.share_m2 += leaf_m2 * share;
-                    }
+            let of_shares = voxels.layers(|voxel| voxel.share_frequency(min_beams));
+            each_part(ladder, open, of_shares, |band, sum, _, share| {
+                if let Some(of_band) = slice.get_mut(band) {
+                    of_band.share_m2 += leaf_m2(sum) * share;
                 }
-            }
+            });
         }
         for (layer, (voxels_of, above)) in voxels.bare_layers().enumerate() {
             let hit = voxels_of.iter().enumerate().filter(|(_, voxel)| voxel.hits_m > 0.0);

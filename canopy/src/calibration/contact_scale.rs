@@ -24,7 +24,7 @@ pub struct ContactScale {
     /// Relative standard deviation of `k`, where it was fitted on so few pieces of a real orchard that it counts; `None` where it does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k_sd: Option<f64>,
-    /// How close together leaves stand is taken from this in raw leaf areas by beams with a width.
+    /// What tells how close together leaves stand, for beams with a width.
     #[serde(default, skip_serializing_if = "ClumpingBy::is_constant")]
     pub clumping: ClumpingBy,
     /// How good it is.
@@ -44,7 +44,7 @@ pub struct FittedRows {
     pub exponent: f64,
 }
 
-/// Where raw leaf areas by beams with a width have from how close together leaves stand.
+/// What tells how close together leaves stand, for leaf areas by beams with a width.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ClumpingBy {

@@ -28,14 +28,14 @@ pub struct Sample {
     /// Raw leaf area by the shares of spots, m²; `None` where remission was not read, and in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share_leaf_area_m2: Option<f64>,
-    /// Where the raw leaf area has from how close together leaves stand; a constant in files of versions before this key.
+    /// What tells how close together leaves stand; the constant in files of versions before this key.
     #[serde(default)]
     pub clumping: ClumpingBy,
 }
 
 impl Sample {
-    /// The sample of a row whose true leaf area is known, with clumps by a constant or, where a law was fitted for the scanner, by the row's scans: rows of one
-    /// class and density scatter less by the constant. None if the estimate was made without a rig.
+    /// The sample of a row whose true leaf area is known. How close together leaves stand is told by the constant or, where a law was fitted for the scanner, by
+    /// the row's scans; rows of one class and density scatter less by the constant. None if the estimate was made without a rig.
     pub fn of(estimate: &Estimate, leaf_area_m2: f64, clumping: ClumpingBy) -> Option<Self> {
         let contact = estimate.contact?;
         let told = contact.clumping.filter(|told| told.factor.is_some());
@@ -79,9 +79,9 @@ pub enum FitError {
         /// The value found.
         value: f64,
     },
-    /// Raw leaf areas were made in two ways.
+    /// How close together leaves stand is told by the constant in some rows, and by the scans in others.
     #[error(
-        "row {index}: its raw leaf area has clumping by {found:?}, row 0 by {expected:?}: estimate all rows with the same version of rowscan"
+        "row {index}: expected clumping by `{expected:?}`, as in row 0, found `{found:?}`: make all samples in one way"
     )]
     OtherClumping {
         /// Which row, from 0.

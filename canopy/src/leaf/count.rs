@@ -10,11 +10,16 @@ pub(crate) enum Count {
 }
 
 impl Count {
+    /// What belongs to it, of what there is by hits and by shares.
+    pub(crate) fn of<T>(self, by_hits: T, by_shares: T) -> T {
+        match self {
+            Self::Hits => by_hits,
+            Self::Shares => by_shares,
+        }
+    }
+
     /// Its name in results.
     pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Hits => "contact",
-            Self::Shares => "share",
-        }
+        self.of("contact", "share")
     }
 }

@@ -45,11 +45,7 @@ impl<'a> Counted<'a> {
 
     /// The same of a stretch of the row, m².
     pub(super) fn raw_of(&self, sums: &Sums) -> f64 {
-        self.clumping
-            * match self.count {
-                Count::Hits => sums.contact_m2,
-                Count::Shares => sums.share_m2,
-            }
+        self.clumping * self.count.of(sums.contact_m2, sums.share_m2)
     }
 
     /// By shares of spots, where the remission of nearly all hits is read, the calibration knows what to make of it from there (leaves share a wider spot

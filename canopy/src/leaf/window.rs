@@ -1,10 +1,10 @@
 //! The leaf area just driven past.
 
+use super::Known;
 use super::estimator::LeafAreaEstimator;
 use super::law::Law;
 use super::slices::{MOST, SliceLeaf};
 use super::withheld::Withheld;
-use super::{Count, Known};
 use crate::recent::BANDS;
 
 /// The leaf area of the last whole slices of a row: 0.5 m of it at least, or one slice where that is longer. Like the row's, by contact frequency or by shares
@@ -48,10 +48,7 @@ impl LeafWindow {
         let mut parts = [LeafSlice::default(); MOST];
         let mut count = 0;
         for (part, slice) in parts.iter_mut().zip(slices) {
-            let raw_m2 = match count_by {
-                Count::Hits => slice.contact_m2,
-                Count::Shares => slice.share_m2,
-            };
+            let raw_m2 = count_by.of(slice.contact_m2, slice.share_m2);
             *part = LeafSlice { y_m: slice.y_m, length_m: slice.length_m, raw_m2 };
             count += 1;
         }

@@ -10,11 +10,11 @@ use rowscan_protocol::random::Stream;
 use crate::trees::Cell;
 
 /// Length of a block, metres of row.
-const BLOCK_M: i64 = 2;
+pub(crate) const BLOCK_M: i64 = 2;
 /// Fewest blocks that tell a spread.
-const FEWEST: usize = 4;
+pub(crate) const FEWEST: usize = 4;
 /// Most blocks: a longer row has longer ones.
-const MOST: i64 = 200;
+pub(crate) const MOST: usize = 200;
 /// Rows drawn.
 const DRAWS: u32 = 400;
 /// The key of the random stream: an estimate repeats to the last bit.
@@ -24,7 +24,7 @@ const SEED: u64 = 0x0062_6c6f_636b;
 pub(crate) fn relative_sd<'a>(metres: impl Iterator<Item = &'a Cell> + Clone) -> Option<(f64, u32)> {
     let first = metres.clone().next()?.index;
     let last = metres.clone().map(|cell| cell.index).max()?;
-    let length = BLOCK_M * ((last - first) / (BLOCK_M * MOST) + 1);
+    let length = BLOCK_M * ((last - first) / (BLOCK_M * MOST as i64) + 1);
     let mut blocks: Vec<[f64; 2]> = Vec::new();
     let mut open = None;
     for cell in metres {

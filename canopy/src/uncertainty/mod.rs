@@ -1,7 +1,7 @@
 //! How far a leaf area may be off: what the row's own blocks tell, what another class would have told, and both together.
 
 mod between_class;
-mod blocks;
+pub(crate) mod blocks;
 
 use serde::Serialize;
 

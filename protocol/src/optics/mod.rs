@@ -84,6 +84,13 @@ pub enum FactoryEcho {
     Last,
 }
 
+impl FactoryEcho {
+    /// Whether the first echo stands first in its scans, with nothing set.
+    pub fn begins_with_first(self) -> bool {
+        self != Self::Last
+    }
+}
+
 /// What a fog filter does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FogFilter {

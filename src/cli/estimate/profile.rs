@@ -1,6 +1,6 @@
 //! The profile of an estimate: `--profile`, its lines and its table.
 
-use rowscan_canopy::Estimate;
+use rowscan_canopy::{BAND_HEIGHTS_M, Estimate};
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::Orchard;
 use rowscan_study::height_truth::TruthByBand;
@@ -23,9 +23,10 @@ pub(super) struct ProfileArgs {
 
 /// The height of a band.
 pub(in super::super) fn band_m(text: &str) -> Result<f64, String> {
+    let [low_m, high_m] = BAND_HEIGHTS_M;
     match text.parse::<f64>() {
-        Ok(metres) if (0.1..=0.5).contains(&metres) => Ok(metres),
-        _ => Err(format!("expected a height of 0.1 to 0.5 metres, found `{text}`")),
+        Ok(metres) if (low_m..=high_m).contains(&metres) => Ok(metres),
+        _ => Err(format!("expected a height of {low_m} to {high_m} metres, found `{text}`")),
     }
 }
 

@@ -36,7 +36,7 @@ pub(in crate::cli) struct Args {
     output: Option<PathBuf>,
 }
 
-/// Where raw leaf areas have from how close together leaves stand.
+/// What tells how close together leaves stand.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 enum Clumps {
     #[default]
