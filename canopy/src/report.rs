@@ -233,6 +233,7 @@ fn tell_how_sure(
         sampling: sampled.map(|(sd, _)| amplified * sd),
         between_class: class.and_then(|_| between(&compared)),
         density: counted.scale.map(|scale| scale.density_sd(raw_m2_per_m)),
+        wood: counted.scale.and_then(|scale| scale.wood_sd(raw_m2_per_m)),
         calibration: counted.scale.and_then(|scale| scale.k_sd),
         remission: pass.row.remission().filter(|_| counted.count == Count::Shares).map(|scale| {
             let power_sd = uncertainty::combined([scale.power_sd.unwrap_or(0.0), scale.rig_sd]);
@@ -250,8 +251,8 @@ fn tell_how_sure(
     let ends = |sd: f64| leaf_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
     let (of_density, of_remission) = (parts.density.unwrap_or(0.0), parts.remission.unwrap_or(0.0));
     let (of_factor, of_share) = (parts.calibration.unwrap_or(0.0), parts.min_share.unwrap_or(0.0));
-    let of_sides = parts.sides.unwrap_or(0.0);
-    let others = [of_density, of_factor, of_remission, of_share, of_spot, of_sides];
+    let (of_sides, of_wood) = (parts.sides.unwrap_or(0.0), parts.wood.unwrap_or(0.0));
+    let others = [of_density, of_wood, of_factor, of_remission, of_share, of_spot, of_sides];
     let all = parts
         .sampling
         .zip(parts.between_class)
@@ -383,6 +384,9 @@ fn row(
     match leaves {
         Err(Withheld::NoFoliage) => {
             estimate.warnings.push(Warning::NoFoliage { share: contact.too_dense });
+        }
+        Err(Withheld::MostlyWood) => {
+            estimate.warnings.push(Warning::MostlyWood { leaf: law.leafy_share() });
         }
         Err(Withheld::EchoUnknown) => estimate.warnings.push(Warning::EchoUnknown),
         Err(Withheld::OpticsUnknown) => estimate.warnings.push(Warning::OpticsUnknown),

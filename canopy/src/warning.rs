@@ -111,6 +111,11 @@ pub enum Warning {
         /// Share of the hits.
         share: f64,
     },
+    /// Most of what was met is the wood that the calibration takes out: leaf areas are withheld.
+    MostlyWood {
+        /// Share of the raw leaf area that is leaf.
+        leaf: f64,
+    },
     /// The row before the first scan was passed in reverse: it is not measured.
     BehindStart {
         /// Metres of it.
@@ -355,6 +360,7 @@ impl Warning {
             Self::OutsideFittedRange { refused: true, .. } => "refused",
             Self::TreesRefused { .. } => "trees_refused",
             Self::NoFoliage { .. } => "no_foliage",
+            Self::MostlyWood { .. } => "mostly_wood",
             Self::BehindStart { .. } => "behind_start",
             Self::GapsNotFilled { .. } => "gaps_not_filled",
             Self::Restarts { .. } => "restarts",

@@ -241,11 +241,24 @@ impl Sensor {
         fault: &ScanFault,
         received: Duration,
     ) {
-        let passed = received.saturating_sub(self.received);
-        self.received = received;
-        self.now = SimTime(self.now.0.saturating_add(passed.as_nanos() as u64));
+        self.pass(received);
         pipeline.push_unreadable(fault);
         self.tell(pipeline).await;
+    }
+
+    /// Nothing has come for a while, and it is `now` on the host: the bus tells what is due. A recording has no such time.
+    pub(super) async fn silent(&mut self, pipeline: &Pipeline, now: Duration) {
+        if now > self.received {
+            self.pass(now);
+            self.tell(pipeline).await;
+        }
+    }
+
+    /// Host time goes on from the last scan.
+    fn pass(&mut self, now: Duration) {
+        let passed = now.saturating_sub(self.received);
+        self.received = now;
+        self.now = SimTime(self.now.0.saturating_add(passed.as_nanos() as u64));
     }
 
     async fn tell(&self, pipeline: &Pipeline) {

@@ -217,6 +217,7 @@ pub fn scanned(
             // Leaves by the shares of spots need a witness over whole rows.
             share_leaf_area_m2: None,
             clumping: ClumpingBy::Constant,
+            wood_area_m2: None,
         },
         before_m2: sum(&|leaf| leaf.unshrunk).ok(),
         measured: measured.clone(),

@@ -192,6 +192,37 @@ fn no_truth_is_told_of_a_scene_that_the_recording_was_not_made_in() {
     }
 }
 
+/// The truth is that of one seed: whichever it is, nothing lets a user take it for that of another.
+#[test]
+fn a_truth_whose_seed_is_not_the_sources_own_is_said() {
+    let (_folder, file) = folder();
+    let (here, own, live) = (file("row.toml"), file("own.mcap"), file("live.mcap"));
+    let emulator = Emulator::start(&[&here, "--seed", "5", "--time-scale", "max", "--record", &own]);
+    let ended = run(&["record", &emulator.url(), "-o", &live, "--scans", "60"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    emulator.end();
+    let asked = |file: &str, more: &[&str]| {
+        estimated(&[&[file, "--rig", &here, "--estimators", "voxel"], more].concat())
+    };
+    for (file, seed, expected) in [
+        (&own, None, None),
+        (&own, Some("5"), None),
+        (&own, Some("6"), Some("was made with seed 5: the truth is that of")),
+        // What comes over a wire tells no seed: the scene's own is 1.
+        (&live, None, Some("does not tell its seed: the truth is that of")),
+        (&live, Some("5"), None),
+    ] {
+        let (told, said) = asked(file, &seed.map_or(vec![], |seed| vec!["--seed", seed]));
+        assert!(!truths(&told).is_empty(), "{file} {seed:?}: {said}");
+        match expected {
+            Some(words) => assert_says(&said, &[words, &format!("with seed {}", seed.unwrap_or("1"))]),
+            None => assert!(!said.contains("the truth is that of"), "{said}"),
+        }
+    }
+    let (right, wrong) = (asked(&live, &["--seed", "5"]).0, asked(&live, &[]).0);
+    assert_ne!(truths(&right), truths(&wrong), "seeds 5 and 1 are two orchards");
+}
+
 /// What a table has no place for is said when it is written.
 #[test]
 fn an_export_without_the_encoder_says_so() {

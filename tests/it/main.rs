@@ -82,6 +82,7 @@ mod searches;
 mod serial_lines;
 mod services;
 mod several_scanners;
+mod silent_scanner;
 mod socketcan;
 mod sprayer;
 mod sprayer_score;

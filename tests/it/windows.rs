@@ -4,7 +4,7 @@ use rowscan_bus::CanFrame;
 use rowscan_bus::canopy::CanopyEcu;
 use rowscan_bus::frame::J1939Id;
 use rowscan_bus::message::Message;
-use rowscan_bus::pgn::canopy::{IMPACTED_BANDS, LEAF_BANDS, LEAF_STATUS, SUMMARY};
+use rowscan_bus::pgn::canopy::{CanopyReport, IMPACTED_BANDS, LEAF_BANDS, LEAF_STATUS, SUMMARY};
 use rowscan_canopy::{LeafSlice, RowClass, Withheld};
 use rowscan_emulator::stage::Stage;
 use rowscan_protocol::model::AnyModel;
@@ -98,6 +98,30 @@ fn windows_add_up_to_the_row_on_six_scenes_both_optics_and_four_models() {
                 assert!(off.abs() < 0.05, "{what}: at {way_m:.2} m the factor so far is off by {off}");
             }
         }
+    }
+}
+
+/// A number that is known and does not fit its field is not available, and the status says that this is why.
+#[test]
+fn a_leaf_area_beyond_its_field_is_said_to_be_so() {
+    const BEYOND_FIELD: f64 = 250.0;
+    let stage = stage("spindle", 3, Stages::IDEAL);
+    let model = AnyModel::by_name("lms111").expect("a model");
+    for (row_spacing_m, fits) in [(4.0, true), (0.4, false)] {
+        let mut rig = rig_with(&stage.rig, 0, model.name());
+        rig.row_spacing_m = Some(row_spacing_m);
+        let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig).expect("a reading");
+        let asked = StartUpRequests { cola: reading.cola, lms2xx: reading.lms2xx };
+        let mut pipeline = reading.pipeline.of_class(RowClass::default());
+        each_scan(&stage, model, asked, &mut |scan| pipeline.push(scan)).expect("scans");
+        let report = CanopyReport { window: pipeline.window(), ..CanopyReport::default() };
+        let leaf = report.window.and_then(|window| window.leaf).expect("a leaf area");
+        assert_eq!(leaf.lai().expect("a spacing") < 10.0, fits, "{leaf:?}");
+        let (summary, status) = (report.summary(), report.leaf_status());
+        let (summary, status) = (SUMMARY.decode(summary.bytes()), LEAF_STATUS.decode(status.bytes()));
+        assert!(summary[1].is_some(), "the area itself fits: {summary:?}");
+        assert_eq!(summary[3].is_some(), fits, "{summary:?}");
+        assert_eq!(status[0], Some(if fits { 0.0 } else { BEYOND_FIELD }), "{status:?}");
     }
 }
 

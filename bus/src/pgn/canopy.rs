@@ -110,11 +110,27 @@ pub const LEAF_STATUS: Message = Message {
     source: CANOPY_ADDRESS,
     about: "what the leaf area of the summary stands for, or why it is not available (proprietary B)",
     signals: &[
-        Signal::choice("LeafAreaWithheld", 0, 8, Withheld::CHOICES),
+        Signal::choice("LeafAreaWithheld", 0, 8, &STATUSES),
         Signal::choice("LeafAreaEstimator", 8, 8, ESTIMATORS),
         Signal::new("LeafWindowLength", 16, 8, 0.01, "m").about("metres of row the leaf area stands for"),
         Signal::new("LeafWindowBehind", 24, 8, 0.01, "m").about("from the window's end on to the scanner"),
     ],
+};
+
+/// What [`LEAF_STATUS`] says where the leaf area or its index is known, and larger than its field of [`SUMMARY`] can say.
+const BEYOND_FIELD: (u64, &str) = (250, "BeyondField");
+
+/// Why there is no leaf area: the reasons of every estimate, and the bus's own before "not available", the last.
+const STATUSES: [(u64, &str); Withheld::CHOICES.len() + 1] = {
+    let last = Withheld::CHOICES.len() - 1;
+    let mut all = [Withheld::CHOICES[last]; Withheld::CHOICES.len() + 1];
+    let mut place = 0;
+    while place < last {
+        all[place] = Withheld::CHOICES[place];
+        place += 1;
+    }
+    all[last] = BEYOND_FIELD;
+    all
 };
 
 /// Numbers of [`LeafAreaEstimator`] on the bus.
@@ -191,8 +207,18 @@ impl CanopyReport {
     pub fn leaf_status(&self) -> Payload {
         let leaf = self.leaf();
         let told = leaf.ok();
+        let fits = |name: &str, value: Option<f64>| {
+            SUMMARY.signal(name).zip(value).is_none_or(|(signal, value)| signal.can_say(value))
+        };
+        let status = match leaf {
+            Err(why) => f64::from(why.number()),
+            Ok(leaf) if fits("LeafArea", Some(leaf.m2_per_m())) && fits("LeafAreaIndex", leaf.lai().ok()) => {
+                0.0
+            }
+            Ok(_) => BEYOND_FIELD.0 as f64,
+        };
         LEAF_STATUS.encode(&[
-            Some(leaf.err().map_or(0.0, |why| f64::from(why.number()))),
+            Some(status),
             told.map(|leaf| number_of(leaf.estimator)),
             told.map(|leaf| leaf.length_m()),
             told.map(|leaf| leaf.behind_m),

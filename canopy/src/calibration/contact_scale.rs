@@ -4,12 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use super::error::CalibrationError;
 use super::quality::FitQuality;
+use super::wood::Wood;
 
-/// L / length = k · x^p with x, the raw contact-frequency leaf area a metre; beyond either end of the fitted range in proportion to x, with the
-/// factor of that end.
+/// L / length = k · (x − w)^p with x, the raw contact-frequency leaf area a metre, and w, the wood that is taken out of it, if any; beyond either end of the
+/// fitted range in proportion to x − w, with the factor of that end.
 ///
 /// Dense rows hide leaves behind leaves, and in thin rows wood is a larger part of what beams meet. So p is above 1 where rows of different leaf areas
-/// were fitted.
+/// were fitted and their wood was left in.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactScale {
@@ -27,6 +28,9 @@ pub struct ContactScale {
     /// What tells how close together leaves stand, for beams with a width.
     #[serde(default, skip_serializing_if = "ClumpingBy::is_constant")]
     pub clumping: ClumpingBy,
+    /// Wood that is taken out before the law; `None` where it is part of the law.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wood: Option<Wood>,
     /// How good it is.
     pub quality: FitQuality,
 }
@@ -35,7 +39,7 @@ pub struct ContactScale {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FittedRows {
-    /// Geometric mean of their raw leaf areas a metre, m²/m.
+    /// Geometric mean of their raw leaf areas a metre, less wood where that is taken out, m²/m.
     pub mean_m2_per_m: f64,
     /// Geometric mean of their true leaf areas a metre, m²/m.
     pub mean_leaf_area_m2_per_m: f64,
@@ -72,6 +76,8 @@ pub(super) struct ScaleKeys {
     p: &'static str,
     low: &'static str,
     high: &'static str,
+    wood: &'static str,
+    wood_sd: &'static str,
     mean: &'static str,
     mean_leaf_area: &'static str,
     exponent: &'static str,
@@ -85,6 +91,8 @@ macro_rules! keys {
             p: concat!($table, ".p"),
             low: concat!($table, ".quality.low_m2_per_m"),
             high: concat!($table, ".quality.high_m2_per_m"),
+            wood: concat!($table, ".wood.m2_per_m"),
+            wood_sd: concat!($table, ".wood.sd_m2_per_m"),
             mean: concat!($table, ".fitted.mean_m2_per_m"),
             mean_leaf_area: concat!($table, ".fitted.mean_leaf_area_m2_per_m"),
             exponent: concat!($table, ".fitted.exponent"),
@@ -113,6 +121,15 @@ impl ContactScale {
         if self.p != 1.0 && (low.is_nan() || low <= 0.0) {
             return Err(CalibrationError::NotPositive { key: keys.low, value: low });
         }
+        if let Some(wood) = self.wood {
+            positive(keys.wood, wood.m2_per_m)?;
+            if !(wood.sd_m2_per_m.is_finite() && wood.sd_m2_per_m >= 0.0) {
+                return Err(CalibrationError::NotPositive { key: keys.wood_sd, value: wood.sd_m2_per_m });
+            }
+            if low <= wood.m2_per_m {
+                return Err(CalibrationError::MostlyWood { key: keys.wood, wood: wood.m2_per_m, low });
+            }
+        }
         if let Some(value) = self.k_sd.filter(|sd| !(sd.is_finite() && *sd >= 0.0)) {
             return Err(CalibrationError::NotPositive { key: keys.k_sd, value });
         }
@@ -126,25 +143,41 @@ impl ContactScale {
         }
     }
 
+    /// A raw leaf area a metre without wood, m²/m; 0 where wood is all there is.
+    fn net(&self, raw_m2_per_m: f64) -> f64 {
+        self.wood.map_or(raw_m2_per_m, |wood| (raw_m2_per_m - wood.m2_per_m).max(0.0))
+    }
+
+    /// The share of a raw leaf area of so many m² a metre that is no wood: 1 where wood is part of the law.
+    pub fn leafy_share(&self, raw_m2_per_m: f64) -> f64 {
+        if self.wood.is_some() && raw_m2_per_m > 0.0 { self.net(raw_m2_per_m) / raw_m2_per_m } else { 1.0 }
+    }
+
     /// What a raw leaf area of so many m² a metre is multiplied by.
     pub fn factor(&self, raw_m2_per_m: f64) -> f64 {
         let fitted = raw_m2_per_m.min(self.quality.high_m2_per_m).max(self.quality.low_m2_per_m);
-        self.k * fitted.powf(self.p - 1.0)
+        self.k * self.net(fitted).powf(self.p - 1.0) * self.leafy_share(raw_m2_per_m)
     }
 
-    /// By what a relative error of the raw leaf area is multiplied.
+    /// By what a relative error of the raw leaf area is multiplied: by the exponent, and by more where wood is much of it.
     pub fn amplification(&self, raw_m2_per_m: f64) -> f64 {
         let fitted = (self.quality.low_m2_per_m..=self.quality.high_m2_per_m).contains(&raw_m2_per_m);
-        if fitted { self.p } else { 1.0 }
+        (if fitted { self.p } else { 1.0 }) / self.leafy_share(raw_m2_per_m)
+    }
+
+    /// Relative standard deviation of the leaf area for what rows of the class differ in wood; `None` where none is taken out.
+    pub fn wood_sd(&self, raw_m2_per_m: f64) -> Option<f64> {
+        self.wood.map(|wood| wood.sd_m2_per_m / raw_m2_per_m * self.amplification(raw_m2_per_m))
     }
 
     /// Relative standard deviation of the leaf area for what a larger exponent of the fitted rows makes of it: little near their mean, and more the denser or
     /// thinner a row is; 0 without canopy. A smaller exponent is what scatter makes of rows that are alike.
     pub fn density_sd(&self, raw_m2_per_m: f64) -> f64 {
+        let net_m2_per_m = self.net(raw_m2_per_m);
         let of = |rows: FittedRows| {
-            let own = (raw_m2_per_m / rows.mean_m2_per_m).powf(rows.exponent) * rows.mean_leaf_area_m2_per_m;
+            let own = (net_m2_per_m / rows.mean_m2_per_m).powf(rows.exponent) * rows.mean_leaf_area_m2_per_m;
             (self.factor(raw_m2_per_m) * raw_m2_per_m / own).ln().abs()
         };
-        self.fitted.filter(|rows| rows.exponent > self.p && raw_m2_per_m > 0.0).map_or(0.0, of)
+        self.fitted.filter(|rows| rows.exponent > self.p && net_m2_per_m > 0.0).map_or(0.0, of)
     }
 }

@@ -9,6 +9,7 @@ use super::contact_scale::{ClumpingBy, ContactScale, FittedRows};
 use super::model::{Calibration, CalibrationClass, Linear, Power, Provenance, Training, Units};
 use super::quality::FitQuality;
 use super::witness::Witness;
+use super::wood::Wood;
 
 /// One row (never an isolated tree: neighbours shade each other) with its true leaf area.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,6 +32,9 @@ pub struct Sample {
     /// What tells how close together leaves stand; the constant in files of versions before this key.
     #[serde(default)]
     pub clumping: ClumpingBy,
+    /// Surface of the row's wood, m², where it is to be taken out of what was met; `None` where it is part of the law, and in files of versions before this key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wood_area_m2: Option<f64>,
 }
 
 impl Sample {
@@ -50,6 +54,7 @@ impl Sample {
             spot_relative_sd: spot_sd.or(estimate.leaf.spot_relative_sd).unwrap_or(0.0),
             share_leaf_area_m2: estimate.leaf.areas.share_raw_m2().ok(),
             clumping: by_scans.map_or(ClumpingBy::Constant, |_| ClumpingBy::Scans),
+            wood_area_m2: None,
         })
     }
 }
@@ -91,6 +96,28 @@ pub enum FitError {
         /// Of that row.
         found: ClumpingBy,
     },
+    /// The wood that is to be taken out is all that was met, or more.
+    #[error(
+        "row {index}: expected {key} a metre above the rows' mean wood, {wood:.2} m²/m (half of its surface), found {found:.2} m²/m"
+    )]
+    AllWood {
+        /// Which row, from 0.
+        index: usize,
+        /// Which value.
+        key: &'static str,
+        /// Half of the mean surface, m²/m.
+        wood: f64,
+        /// The value found, m²/m.
+        found: f64,
+    },
+    /// Wood is known of some rows only.
+    #[error(
+        "row {index} tells no wood_area_m2 as row 0 does, or tells it alone: give it for all rows or for none"
+    )]
+    WoodOfSome {
+        /// Which row, from 0.
+        index: usize,
+    },
     /// All rows agree in a value that the fit needs to differ, with any one row left out.
     #[error("the rows' {key} per metre do not differ enough to fit a line")]
     NoSpread {
@@ -106,7 +133,7 @@ pub enum FitError {
 /// left out by a tenth better than a proportion does, else that proportion, by least squares through the origin. An exponent below 1 is what the scatter of
 /// rows that are all alike makes of any two measures. The spot correction of wide beams has an error that all rows of a class share; rows of another class have
 /// another one, and an exponent enlarges it. So the exponent is fitted for values that have this error, and is smaller. `share` is fitted as for rays, for shares
-/// have no rims, where all rows have a leaf area by shares of spots. Qualities are in leaf area per metre for all of them.
+/// have no rims, where all rows have a leaf area by shares of spots. Where samples tell their wood, its mean is taken out of both. Qualities are in leaf area per metre for all of them.
 pub fn fit(
     samples: &[Sample],
     class: CalibrationClass,
@@ -130,6 +157,13 @@ pub fn fit(
                 return Err(FitError::BadSample { index, key, value });
             }
         }
+        let of_first = samples.first().and_then(|first| first.wood_area_m2);
+        if sample.wood_area_m2.is_some() != of_first.is_some() {
+            return Err(FitError::WoodOfSome { index });
+        }
+        if let Some(value) = sample.wood_area_m2.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            return Err(FitError::BadSample { index, key: "wood_area_m2", value });
+        }
         if let Some(value) = sample.share_leaf_area_m2.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(FitError::BadSample { index, key: "share_leaf_area_m2", value });
         }
@@ -142,6 +176,9 @@ pub fn fit(
         samples.iter().map(|s| s.share_leaf_area_m2.map(|area_m2| area_m2 / s.length_m)).collect();
     let leaf = per_metre(|s| s.leaf_area_m2);
     let length: Vec<f64> = samples.iter().map(|s| s.length_m).collect();
+    let wood: Option<Vec<f64>> =
+        samples.iter().map(|s| s.wood_area_m2.map(|area_m2| area_m2 / s.length_m)).collect();
+    let wood = wood.and_then(|surfaces| Wood::of(&surfaces));
     let spot: Vec<f64> = samples.iter().map(|s| s.spot_relative_sd.max(0.0)).collect();
     let n = u32::try_from(samples.len()).unwrap_or(u32::MAX);
     if !spread(&leaf) {
@@ -156,10 +193,10 @@ pub fn fit(
         power: power(&impacted, &leaf, 0.0)?,
         contact: ContactScale {
             clumping,
-            ..scale("contact_leaf_area_m2", &contact_raw, &leaf, mean(&spot))?
+            ..scale("contact_leaf_area_m2", &contact_raw, &leaf, mean(&spot), wood)?
         },
         witness: share_raw.as_ref().and_then(|share| Witness::of(&length, &contact_raw, share)),
-        share: share_raw.map(|raw| scale("share_leaf_area_m2", &raw, &leaf, 0.0)).transpose()?,
+        share: share_raw.map(|raw| scale("share_leaf_area_m2", &raw, &leaf, 0.0, wood)).transpose()?,
     })
 }
 
@@ -186,8 +223,21 @@ fn ln(values: &[f64]) -> Vec<f64> {
     values.iter().map(|v| v.ln()).collect()
 }
 
-/// The scale of raw leaf areas `x`, which a sample has under `key`.
-fn scale(key: &'static str, x: &[f64], y: &[f64], spot_sd: f64) -> Result<ContactScale, FitError> {
+/// The scale of raw leaf areas `raw`, which a sample has under `key`, this wood taken out.
+fn scale(
+    key: &'static str,
+    raw: &[f64],
+    y: &[f64],
+    spot_sd: f64,
+    wood: Option<Wood>,
+) -> Result<ContactScale, FitError> {
+    let out = wood.map_or(0.0, |wood| wood.m2_per_m);
+    if let Some((index, found)) = raw.iter().enumerate().find(|(_, raw)| **raw <= out) {
+        return Err(FitError::AllWood { index, key, wood: out, found: *found });
+    }
+    let x: &[f64] = &raw.iter().map(|raw| raw - out).collect::<Vec<f64>>();
+    // The spot's error is of all that was met, and a larger one of the leaves alone.
+    let spot_sd = spot_sd * mean(raw) / mean(x);
     let line = FittedLine::through_origin(x, y).ok_or(FitError::NoSpread { key })?;
     let (ln_x, ln_y) = (ln(x), ln(y));
     let own = |line: FittedLine| FittedRows {
@@ -196,20 +246,25 @@ fn scale(key: &'static str, x: &[f64], y: &[f64], spot_sd: f64) -> Result<Contac
         exponent: line.slope,
     };
     let fitted = FittedLine::fit(&ln_x, &ln_y).map(own);
-    let good = quality(x, y, Goodness::of_line(&line, x, y));
+    let good = quality(raw, y, Goodness::of_line(&line, x, y));
     let proportion = ContactScale {
         k: line.slope,
         p: 1.0,
         fitted,
         k_sd: None,
         clumping: ClumpingBy::Constant,
+        wood,
         quality: good,
     };
     let pays = |power: &Power| {
         power.p > 1.0 && power.quality.loo_rmse_relative < PAYS * proportion.quality.loo_rmse_relative
     };
     Ok(match power(x, y, spot_sd).ok().filter(pays) {
-        Some(Power { c, p, quality }) => ContactScale { k: c, p, quality, ..proportion },
+        Some(Power { c, p, quality }) => {
+            let range =
+                FitQuality { low_m2_per_m: good.low_m2_per_m, high_m2_per_m: good.high_m2_per_m, ..quality };
+            ContactScale { k: c, p, quality: range, ..proportion }
+        }
         None => proportion,
     })
 }

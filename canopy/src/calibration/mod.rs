@@ -3,7 +3,8 @@
 //! The reference length is a metre of row: every fit is made on values per metre.
 //! - linear: L = a · length + b · I_T. A cell without returns is a gap and holds 0, never `a`.
 //! - power: L / length = c · (I_T / length)^p.
-//! - contact: L / length = k · x^p with x, the raw contact-frequency leaf area a metre; k and p hold wood, clumping and the leaves' true projection.
+//! - contact: L / length = k · (x − w)^p with x, the raw contact-frequency leaf area a metre, and w, the wood that is taken out. Without w, k and p hold the
+//!   wood; they hold clumping and the leaves' true projection in any case.
 //! - share: the same where hits count by the shares of spots that remission tells.
 //!
 //! A calibration is valid for its [`CalibrationClass`] only. Within it, an estimate outside the fitted range carries a warning, and
@@ -16,6 +17,7 @@ mod fit;
 pub(crate) mod model;
 mod quality;
 mod witness;
+pub(crate) mod wood;
 
 pub use canopy::CanopyClass;
 pub use contact_scale::{ClumpingBy, ContactScale, FittedRows};
@@ -27,3 +29,4 @@ pub use model::{
 };
 pub use quality::{FAR, FitQuality, FittedRange};
 pub use witness::Witness;
+pub use wood::Wood;

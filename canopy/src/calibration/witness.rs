@@ -102,7 +102,15 @@ mod tests {
             low_m2_per_m: 2.0,
             high_m2_per_m: 8.0,
         };
-        ContactScale { k: 1.0, p: 1.0, fitted: None, k_sd: None, clumping: ClumpingBy::Constant, quality }
+        ContactScale {
+            k: 1.0,
+            p: 1.0,
+            fitted: None,
+            k_sd: None,
+            clumping: ClumpingBy::Constant,
+            wood: None,
+            quality,
+        }
     }
 
     /// Rows of ratio 1.1 · (x / 4)^0.2, each off by one of two factors.

@@ -5,6 +5,7 @@ use super::counted::{Counted, reads_remission, shares_over_contact};
 use super::estimator::LeafAreaEstimator;
 use super::sums::Sums;
 use super::withheld::Withheld;
+use crate::calibration::wood::LEAST_LEAF;
 use crate::calibration::{Calibration, ClumpingBy, FittedRange, Optics, RegressionKind};
 use crate::clumping::Clumping;
 use crate::row_pass::RowPass;
@@ -21,6 +22,8 @@ pub(crate) struct Law<'a> {
     calibration: Option<&'a Calibration>,
     /// Why no leaf area of this row is told, whichever way it is made.
     withheld: Option<Withheld>,
+    /// Share of what was met that is no wood, as far as the calibration takes wood out.
+    leafy_share: f64,
     /// The calibration's regression on I_T, or why it says nothing here.
     regression: Result<RegressionKind, Withheld>,
     contact: Counted<'a>,
@@ -94,9 +97,12 @@ impl<'a> Law<'a> {
         let times = clumping.map_or(1.0, |clumping| clumping.times());
         let contact = Counted::by_hits(&totals, times, calibration);
         let spot_relative_sd = row.spot_relative_sd(clumping.as_ref());
+        let leafy_share = contact.leafy_share(totals.canopy_m);
+        let mostly_wood = (leafy_share < LEAST_LEAF).then_some(Withheld::MostlyWood);
         Self {
             calibration,
-            withheld,
+            withheld: withheld.or(mostly_wood),
+            leafy_share,
             spot_corrected,
             regression: regression(calibration, spot_corrected),
             contact,
@@ -114,6 +120,11 @@ impl<'a> Law<'a> {
     /// Why no leaf area of this row is told, whichever way it is made.
     pub(crate) fn told(&self) -> Result<(), Withheld> {
         self.withheld.map_or(Ok(()), Err)
+    }
+
+    /// Share of what was met that is no wood, as far as the calibration takes wood out.
+    pub(crate) fn leafy_share(&self) -> f64 {
+        self.leafy_share
     }
 
     /// Where the leaf area comes from.

@@ -25,6 +25,9 @@ pub struct Uncertainty {
     /// Of rows denser or thinner than those the calibration was fitted on are on average, where they had a larger exponent than the calibration applies;
     /// `None` without a calibration.
     pub density: Option<f64>,
+    /// Of the wood that rows of a class have more or less of than its mean, which the calibration takes out; `None` where it takes none out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wood: Option<f64>,
     /// Of the factor of a calibration that was fitted on few pieces of a real orchard; `None` elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibration: Option<f64>,

@@ -93,6 +93,11 @@ impl fmt::Display for Warning {
             Self::TreesRefused { estimator, trees } => {
                 write!(f, "{trees} trees lie far outside the range {estimator} was fitted on: withheld")
             }
+            Self::MostlyWood { leaf } => write!(
+                f,
+                "{:.0} % of what was met is more than the wood that the calibration takes out (`[contact.wood]`): leaf areas are withheld; is the row leafless, or another one than the calibration's?",
+                leaf * 100.0
+            ),
             Self::NoFoliage { share } => write!(
                 f,
                 "{:.0} % of the hits stand denser than any foliage (100 m² of leaves a m³), as on a wall or a sheet: leaf areas are withheld",

@@ -19,10 +19,12 @@ use super::super::recorder::ModelTeller;
 use super::super::sensor::Sensor;
 use super::super::web::Feed;
 use super::ONE_STREAM;
-use super::map::Way;
+use super::on_earth::Way;
 
-/// How often it is asked whether that is enough while nothing arrives.
-const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// While nothing arrives, it is asked so often whether that is enough, and the bus tells so often that it has nothing: half a second after the last scan for
+/// the first time, as the canopy is stale then.
+const SILENT_AFTER: Duration = Duration::from_millis(500);
+const SILENT_EVERY: Duration = Duration::from_millis(100);
 
 /// A scanner to be followed.
 pub(super) struct Follower {
@@ -143,11 +145,13 @@ impl Follower {
 
     /// Feeds the pipeline until the source ends, enough has been seen, or nothing it sends makes a scan.
     async fn take(&mut self, scanner: &mut Scanner) -> Result<Taken, Failure> {
-        let mut before = 0;
+        let (mut before, mut patience) = (0, SILENT_AFTER);
         loop {
             // Frames that fail their checksum do not arrive: what they mean is looked at from time to time.
-            match clock::within(LOOK_EVERY, scanner.arrival()).await {
-                None => {}
+            let arrived = clock::within(patience, scanner.arrival()).await;
+            patience = if arrived.is_some() { SILENT_AFTER } else { SILENT_EVERY };
+            match arrived {
+                None => self.sensor.silent(&self.pipeline, scanner.now().0).await,
                 Some(arrived) => match arrived? {
                     None => return Ok(Taken::All),
                     Some(Arrival::Unreadable { fault, received }) => {

@@ -2,6 +2,7 @@
 
 mod follower;
 mod map;
+mod on_earth;
 mod other_scene;
 mod other_side;
 mod page;
@@ -37,8 +38,9 @@ use super::web::WebArgs;
 use super::{Failure, Format, Outcome, models, progress, scene};
 use crate::export::map::LeafMap;
 use follower::{Followed, Follower, follow_all};
-use map::{MapArgs, Maps, Way};
-use other_side::OtherSideArgs;
+use map::{MapArgs, Maps};
+use on_earth::Way;
+use other_side::{Here, OtherSideArgs};
 use page::Page;
 use print::By;
 pub(super) use print::warnings;
@@ -388,17 +390,25 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     };
     let rigs: Vec<Rig> =
         rig.iter().flat_map(|rig| recorded.iter().map(|told: &Recorded| told.decides(rig))).collect();
-    let maps = args.map.check(&args.sources, scene.as_ref())?;
-    args.other.check(args.sources.len())?;
+    let maps = args.map.check(&args.sources, scene.as_ref(), args.other.is_by_receivers())?;
+    args.other.check(&args.sources)?;
     if args.by == By::Band && args.profile.profile.is_none() {
         let why = "--by band writes the bands of a profile: say how high they are with --profile METRES";
         return Err(Failure::Usage(why.to_owned()));
     }
     let mut readings = args.readings(&rigs, &scanners)?;
-    if let (Some(reading), Some(scanner), true) =
-        (readings.first_mut(), scanners.first(), args.other.is_given())
+    if let (Some(reading), Some(scanner), Some(rig), Some(source), true) =
+        (readings.first_mut(), scanners.first(), rigs.first(), args.sources.first(), args.other.is_given())
     {
-        let read = args.other.read((args.rig.as_deref(), args.beams()), *scanner, &reading.pipeline);
+        let here = Here {
+            source,
+            rig,
+            scanner: *scanner,
+            pipeline: &reading.pipeline,
+            scene: scene.as_ref(),
+            antenna: args.map.antenna(),
+        };
+        let read = args.other.read((args.rig.as_deref(), args.beams()), here);
         match interrupt.or(read).await.transpose()? {
             None => return Ok(Outcome::Done),
             Some(None) => {}
@@ -411,7 +421,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     if args.profile.truth && scene.is_none() {
         say("no truth is told: --rig names no scene");
     }
-    let scene = scene.filter(|_| args.estimators.are_asked() || args.profile.truth);
+    let scene = args.rig.as_deref().zip(scene).filter(|_| args.estimators.are_asked() || args.profile.truth);
     let orchard = match scene.and_then(|scene| true_scene(scene, args.seed, &args.sources, &mut recorded)) {
         Some(scene) => match interrupt.or(scene::grow(scene)).await.transpose()? {
             Some(stage) => Some(stage.orchard),

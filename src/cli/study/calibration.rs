@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use rowscan_canopy::calibration::{CalibrationClass, CanopyClass, ClumpingBy, EchoRule, Provenance};
+use rowscan_canopy::calibration::{
+    Calibration, CalibrationClass, CanopyClass, ClumpingBy, EchoRule, Provenance,
+};
 use rowscan_canopy::{Estimate, Sample};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::AnyModel;
@@ -12,6 +14,7 @@ use rowscan_scenes::optics::Stage;
 use rowscan_study::class::mean_class;
 use rowscan_study::foliage::LaiRange;
 use rowscan_study::reading::{reading_remission, rig_with};
+use rowscan_study::trial::Trial;
 
 use super::rows::{Rows, Seeds, tries};
 use crate::cli::output::{self, say};
@@ -31,6 +34,9 @@ pub(in crate::cli) struct Args {
     /// How close together leaves stand: a constant, or as each row's own scans tell it, for rows of very different densities seen by a device's beams
     #[arg(long, value_enum, default_value_t)]
     clumping: Clumps,
+    /// Take the rows' mean wood out of what beams meet before the fit, for rows of very different densities: in thin ones wood is a larger part
+    #[arg(long)]
+    wood: bool,
     /// Write the calibration to this file instead of standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -52,7 +58,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let range = format!("{}..{}", seeds.first().copied().unwrap_or(0), seeds.last().copied().unwrap_or(0));
     let provenance = Provenance {
         command: format!(
-            "rowscan study calibration {} --model {} --seeds {range}{}{}{}",
+            "rowscan study calibration {} --model {} --seeds {range}{}{}{}{}",
             args.scene.name,
             model.name(),
             args.lai.map(|lai| format!(" --lai {lai}")).unwrap_or_default(),
@@ -63,7 +69,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             match args.clumping {
                 Clumps::Constant => "",
                 Clumps::Scans => " --clumping scans",
-            }
+            },
+            if args.wood { " --wood" } else { "" }
         ),
         seeds: seeds.clone(),
     };
@@ -84,11 +91,13 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         line_spacing_m: line_spacing_m(trials.iter().map(|trial| &trial.estimate)),
         ..class_of(&scene, model, canopy)
     };
-    let samples: Vec<Sample> = trials
-        .iter()
-        .filter_map(|trial| Sample::of(&trial.estimate, trial.truth.leaf_area_m2, clumping))
-        .collect();
+    let sample = |trial: &Trial| {
+        let sample = Sample::of(&trial.estimate, trial.truth.leaf_area_m2, clumping)?;
+        Some(Sample { wood_area_m2: args.wood.then_some(trial.truth.wood_area_m2), ..sample })
+    };
+    let samples: Vec<Sample> = trials.iter().filter_map(sample).collect();
     let calibration = rowscan_canopy::fit(&samples, class, provenance)?;
+    tell_unlike(&calibration);
     let text = output::calibration_text(&calibration)?;
     match &args.output {
         Some(path) => {
@@ -98,6 +107,19 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         None => output::print(&text)?,
     }
     Ok(Outcome::Done)
+}
+
+/// Says where rows were so alike that the law tells none from another.
+fn tell_unlike(calibration: &Calibration) {
+    let share = calibration.share.map(|law| ("share", law));
+    for (name, law) in [("contact", calibration.contact)].into_iter().chain(share) {
+        if law.quality.r2 <= 0.0 {
+            say(format_args!(
+                "[{name}] R² is {:.2}: over these {} rows the mean leaf area is as good an estimate as the fitted one; rows of several densities (--lai LOW..HIGH) or more seeds tell them apart",
+                law.quality.r2, law.quality.n
+            ));
+        }
+    }
 }
 
 /// What a calibration made on this scene is valid for.

@@ -7,6 +7,7 @@ use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
 
 use crate::cli::blocking::off_runtime;
+use crate::cli::output::say;
 use crate::cli::{Failure, progress};
 use rowscan_study::foliage::LaiRange;
 use rowscan_study::trial::{Trial, TrialError};
@@ -58,6 +59,17 @@ impl Rows {
         };
         self.seeds.iter().map(row).collect()
     }
+
+    /// Says where the seeds leave most of the asked leaf area indices without a row.
+    fn tell(&self) {
+        let Some(lai) = self.lai else { return };
+        if let Some((low, high)) = lai.narrowed_to(&self.seeds) {
+            say(format_args!(
+                "--lai {lai}: these {} seeds draw {low:.2} to {high:.2} only; more or other seeds fill the range",
+                self.seeds.len()
+            ));
+        }
+    }
 }
 
 /// Tries one row a seed, off the runtime's threads, with a progress bar.
@@ -68,6 +80,7 @@ pub(super) async fn tries(
     calibration: Option<Calibration>,
 ) -> Result<Vec<Trial>, Failure> {
     let bar = progress::bar("trying", "rows", rows.seeds.len() as u64);
+    rows.tell();
     let scenes = rows.scenes(scene);
     let work = move || -> Result<Vec<Trial>, TrialError> {
         let trials = Trial::run_all(&scenes, model, calibration.as_ref(), &|| bar.inc(1));

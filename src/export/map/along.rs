@@ -86,6 +86,15 @@ impl RowOnEarth {
         Self::Told { stations, lever }
     }
 
+    /// Places along the row that a receiver told of, metres; none of a stated row.
+    pub(super) fn known(&self) -> impl Iterator<Item = f64> + '_ {
+        let stations = match self {
+            Self::Told { stations, .. } => stations.as_slice(),
+            Self::Stated(_) => &[],
+        };
+        stations.iter().map(|station| station.y_m)
+    }
+
     /// Where the row's axis is at `y_m`; `None` where no positions tell.
     pub fn at(&self, y_m: f64) -> Option<AxisPoint> {
         match self {
@@ -177,7 +186,7 @@ fn moved([longitude_deg, latitude_deg]: [f64; 2], [east, north]: [f64; 2]) -> [f
 }
 
 /// A longitude above −180 degrees, up to 180.
-fn turned(longitude_deg: f64) -> f64 {
+pub(super) fn turned(longitude_deg: f64) -> f64 {
     180.0 - (180.0 - longitude_deg).rem_euclid(360.0)
 }
 

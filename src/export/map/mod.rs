@@ -17,12 +17,14 @@ mod geopackage;
 mod geoparquet;
 #[cfg(feature = "maps")]
 mod geotiff;
+mod registered;
 #[cfg(any(feature = "maps", feature = "tables"))]
 mod wkb;
 
 use std::path::Path;
 
 pub use along::{AxisPoint, Lever, RowOnEarth, Stated, Station};
+pub use registered::Registered;
 
 use rowscan_canopy::Estimate;
 

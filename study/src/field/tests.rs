@@ -36,6 +36,7 @@ fn pieces(recording: &str, raw_m2: &[f64], factor: f64) -> Vec<ScannedPiece> {
             spot_relative_sd: 0.0,
             share_leaf_area_m2: None,
             clumping: ClumpingBy::Constant,
+            wood_area_m2: None,
         },
         before_m2: Some(raw_m2 * 0.9),
     };

@@ -39,6 +39,7 @@ impl Fits {
             spot_relative_sd: 0.0,
             share_leaf_area_m2: None,
             clumping: ClumpingBy::Constant,
+            wood_area_m2: None,
         };
         let samples: Vec<Sample> = usable.clone().map(sample).collect();
         let per_metre: Vec<f64> = usable.clone().map(|row| row.truth_m2 / row.canopy_m).collect();

@@ -1,0 +1,4 @@
+//! The tests of the crate in one binary, one module a subject.
+
+mod closing;
+mod search;

@@ -1,0 +1,30 @@
+//! Wood that beams meet among the leaves.
+
+use serde::{Deserialize, Serialize};
+
+/// Below this share of leaf in what was met, no leaf area is told: an error of a tenth in what was met, or in the wood, would be half of the leaves.
+pub(crate) const LEAST_LEAF: f64 = 0.2;
+
+/// Half of the surface of the wood that beams meet, as contact counts it: one-sided leaf area is half of a leaf's surface, too. It is the leaf area that contact
+/// tells of a row without leaves.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wood {
+    /// Mean of the fitted rows a metre of canopy, m²/m.
+    pub m2_per_m: f64,
+    /// Standard deviation between rows, m²/m.
+    pub sd_m2_per_m: f64,
+}
+
+impl Wood {
+    /// Of the surfaces of the wood of several rows a metre, m²/m; `None` of fewer than two.
+    pub(super) fn of(surfaces_m2_per_m: &[f64]) -> Option<Self> {
+        let count = surfaces_m2_per_m.len();
+        if count < 2 {
+            return None;
+        }
+        let m2_per_m = crate::regression::mean(surfaces_m2_per_m) / 2.0;
+        let squares: f64 = surfaces_m2_per_m.iter().map(|surface| (surface / 2.0 - m2_per_m).powi(2)).sum();
+        Some(Self { m2_per_m, sd_m2_per_m: (squares / (count - 1) as f64).sqrt() })
+    }
+}

@@ -1,0 +1,129 @@
+//! Scans of scenes with a closed form, unquantised, as a device would send them.
+
+pub(crate) mod slab;
+
+use rowscan_canopy::{Estimate, Parameters, Pipeline};
+use rowscan_protocol::angle::BeamGrid;
+use rowscan_protocol::rig::{BeamWidth, Mount, Rig};
+use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
+
+/// LMS111 at 50 Hz, 0.5°: all of −45°..225°.
+pub(crate) fn lms111() -> BeamGrid {
+    BeamGrid::spanning(-450_000, 2_250_000, 5000)
+}
+
+/// LMS511 at 25 Hz, 1/6°.
+pub(crate) fn lms511() -> BeamGrid {
+    BeamGrid::spanning(-50_000, 1_850_000, 1667)
+}
+
+/// A rig with no ground to remove and no next row.
+pub(crate) fn open_rig() -> Rig {
+    Rig { optics: Some(BeamWidth::Ideal), ground_clearance_m: -10.0, row_spacing_m: None, ..Rig::default() }
+}
+
+/// The default orchard: trees 1.5 m apart in rows 4 m apart.
+pub(crate) fn orchard_rig() -> Rig {
+    Rig {
+        optics: Some(BeamWidth::Ideal),
+        tree_spacing_m: Some(1.5),
+        row_spacing_m: Some(4.0),
+        ..Rig::default()
+    }
+}
+
+/// θ of a beam, radians, and whether it looks ahead.
+pub(crate) fn theta(mount: &Mount, grid: BeamGrid, beam: usize) -> (f64, bool) {
+    let theta_deg = mount.theta_deg(grid.angle_deg(beam));
+    (theta_deg.to_radians(), theta_deg.abs() < 90.0)
+}
+
+/// Line number `i` of a device at `hertz`, its ranges a function of y and θ.
+pub(crate) fn line(
+    rig: &Rig,
+    grid: BeamGrid,
+    hertz: u32,
+    i: u32,
+    range: &mut dyn FnMut(f64, f64) -> f64,
+) -> Scan {
+    let period_us = 1_000_000 / hertz;
+    let y_m = rig.y_m(f64::from(i) * f64::from(period_us) * 1e-6);
+    let range_m = (0..grid.len())
+        .map(|beam| match theta(&rig.scanners[0], grid, beam) {
+            (theta, true) => range(y_m, theta),
+            (_, false) => 0.7,
+        })
+        .collect();
+    Scan {
+        telegram_counter: 65_000u16.wrapping_add(i as u16),
+        scan_time_us: (u32::MAX - 500_000).wrapping_add(i * period_us),
+        scan_frequency_hz: f64::from(hertz),
+        beams: grid,
+        echoes: vec![Echo { range_m, remission: Vec::new() }],
+        ..Scan::default()
+    }
+}
+
+/// `lines` lines of a scene.
+pub(crate) fn drive(
+    rig: &Rig,
+    grid: BeamGrid,
+    hertz: u32,
+    lines: u32,
+    mut range: impl FnMut(f64, f64) -> f64,
+) -> Vec<Scan> {
+    (0..lines).map(|i| line(rig, grid, hertz, i, &mut range)).collect()
+}
+
+/// The estimate of scans with default parameters and no calibration.
+pub(crate) fn estimate<'a>(rig: &Rig, scans: impl IntoIterator<Item = &'a Scan>) -> Estimate {
+    estimate_with(rig, Parameters::default(), scans)
+}
+
+pub(crate) fn estimate_with<'a>(
+    rig: &Rig,
+    parameters: Parameters,
+    scans: impl IntoIterator<Item = &'a Scan>,
+) -> Estimate {
+    let mut pipeline = Pipeline::with_parameters(Some(rig), 0, None, parameters).unwrap();
+    scans.into_iter().for_each(|scan| pipeline.push(scan));
+    pipeline.finish()
+}
+
+/// A wall x = x0 of any height.
+pub(crate) fn wall(x0_m: f64) -> impl Fn(f64, f64) -> f64 {
+    move |_, theta| if theta.cos() > 1e-9 { x0_m / theta.cos() } else { NO_ECHO }
+}
+
+pub(crate) fn relative(found: f64, expected: f64) -> f64 {
+    (found / expected - 1.0).abs()
+}
+
+/// A small generator for tests: SplitMix64.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    /// Uniform in [0, 1).
+    pub(crate) fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// Hedge faces 0.4 m before the row axis, 0.5..2.5 m high, but none in tree 1.
+pub(crate) fn hedge(lines: u32) -> Vec<Scan> {
+    drive(&orchard_rig(), lms111(), 50, lines, |y_m, theta| {
+        let z_m = 1.6 + 1.5 * theta.tan();
+        let gap = (1.5..3.0).contains(&(y_m + 1e-9));
+        if !gap && (0.5..2.5).contains(&z_m) && theta.abs() < 1.5 { 1.5 / theta.cos() } else { NO_ECHO }
+    })
+}
+
+/// What the hedge says a metre, raw: (I_T, contact).
+pub(crate) fn hedge_per_metre() -> (f64, f64) {
+    let raw = estimate(&orchard_rig(), &hedge(75));
+    (raw.impacted_total_area_m2.unwrap() / 1.5, raw.leaf.areas.contact_raw_m2().ok().unwrap() / 1.5)
+}

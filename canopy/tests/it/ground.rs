@@ -1,0 +1,232 @@
+//! Ground that a wrong rig puts among the leaves is told, and ground on a slope that the rig tells is no leaf.
+
+use crate::common::{drive, estimate, lms111, lms511, orchard_rig, relative, wall};
+use rowscan_canopy::{Estimate, Heading};
+use rowscan_protocol::angle::BeamGrid;
+use rowscan_protocol::rig::{Mount, Rig, RowSide};
+use rowscan_protocol::scan::{NO_ECHO, Scan};
+
+/// Even ground that rises towards the row axis, Z = 0 there, below a mirror at `height_m`; a porous crown before it.
+fn ranges_on_ground(height_m: f64, axis_m: f64, slope_deg: f64) -> impl FnMut(f64, f64) -> f64 {
+    let rise = slope_deg.to_radians().tan();
+    move |y_m, theta| {
+        let dice = ((y_m * 977.0 + theta * 7919.0).sin() * 43_758.547).fract().abs();
+        let (sin, cos) = theta.sin_cos();
+        let crown = 1.7 / cos;
+        let z_m = height_m + crown * sin;
+        if (0.6..2.8).contains(&z_m) && dice < 0.5 {
+            crown
+        } else if sin < rise * cos {
+            (height_m + rise * axis_m) / (rise * cos - sin)
+        } else {
+            NO_ECHO
+        }
+    }
+}
+
+/// Level ground below a mirror at `height_m`, a porous crown before it.
+fn orchard_on_ground(told: &Rig, height_m: f64) -> Estimate {
+    let mount = Mount { height_m, ..told.scanners[0].clone() };
+    let real = Rig { scanners: vec![mount], ..told.clone() };
+    let axis_m = real.scanners[0].distance_m;
+    let scans = drive(&real, lms111(), 50, 200, ranges_on_ground(height_m, axis_m, 0.0));
+    // The real heights; the rig that is told has its own.
+    estimate(told, &scans)
+}
+
+fn warned(estimate: &Estimate, code: &str) -> bool {
+    estimate.warnings.iter().any(|warning| warning.code() == code)
+}
+
+#[test]
+fn ground_that_counts_as_canopy_is_told() {
+    let warned = |estimate: &Estimate| warned(estimate, "ground_as_canopy");
+    let told_at = |height_m: f64| {
+        let mount = Mount { height_m, ..Mount::default() };
+        Rig { scanners: vec![mount], ..orchard_rig() }
+    };
+    for real_m in [1.2, 1.6, 2.4] {
+        for off_m in [-0.3, -0.1, 0.0, 0.05] {
+            let found = orchard_on_ground(&told_at(real_m + off_m), real_m);
+            assert!(!warned(&found), "{real_m} {off_m}");
+        }
+        for off_m in [0.12, 0.2, 0.5] {
+            let found = orchard_on_ground(&told_at(real_m + off_m), real_m);
+            assert!(warned(&found), "{real_m} {off_m}");
+        }
+        // The mirror the wrong way up.
+        let mut told = told_at(real_m);
+        let scans = drive(&told, lms111(), 50, 200, |_, theta| {
+            if theta > 0.0 { (real_m / theta.sin()).min(1.7 / theta.cos().max(1e-9)) } else { NO_ECHO }
+        });
+        told.scanners[0].height_m = real_m;
+        assert!(warned(&estimate(&told, &scans)), "{real_m} upside down");
+    }
+}
+
+#[test]
+fn ground_that_lies_elsewhere_than_the_rig_has_it_is_told() {
+    for real_m in [1.2, 1.6, 2.4] {
+        for (off_m, told) in [
+            (-0.3, true),
+            (-0.14, true),
+            (-0.05, false),
+            (0.0, false),
+            (0.04, false),
+            (0.1, true),
+            (0.3, true),
+        ] {
+            let mount = Mount { height_m: real_m + off_m, ..Mount::default() };
+            let found = orchard_on_ground(&Rig { scanners: vec![mount], ..orchard_rig() }, real_m);
+            assert_eq!(warned(&found, "ground_level"), told, "{real_m} {off_m}: {:?}", found.warnings);
+            assert!(!warned(&found, "ground_slope"), "{real_m} {off_m}");
+        }
+    }
+}
+
+/// A rig whose first scanner looks at this row, and how high its mirror is above that row's foot where the ground has this slope.
+fn on_a_slope(rows: &[RowSide], slope_deg: f64) -> (Rig, f64) {
+    let scanners: Vec<Mount> = rows.iter().map(|row| Mount { row: *row, ..Mount::default() }).collect();
+    let rig = Rig { ground_slope_deg: Some(slope_deg), scanners, ..orchard_rig() };
+    // Between two rows, the one on the right is a spacing up the slope.
+    let up_m = if rows == [RowSide::Right, RowSide::Left] { 4.0 * slope_deg.to_radians().tan() } else { 0.0 };
+    let height_m = rig.scanners[0].height_m - up_m;
+    (rig, height_m)
+}
+
+/// What its first scanner sees; the slope as the scanner sees it has the other sign on the tractor's left.
+fn scans_on_a_slope(rig: &Rig, grid: BeamGrid, height_m: f64, slope_deg: f64) -> Vec<Scan> {
+    let mount = &rig.scanners[0];
+    drive(rig, grid, 50, 320, ranges_on_ground(height_m, mount.distance_m, mount.side() * slope_deg))
+}
+
+const ROWS: [&[RowSide]; 3] = [&[RowSide::Right], &[RowSide::Left], &[RowSide::Right, RowSide::Left]];
+const SLOPES_DEG: [f64; 8] = [-15.0, -10.0, -6.0, -3.5, 3.5, 6.0, 10.0, 15.0];
+
+#[test]
+fn on_a_slope_that_is_told_a_row_has_the_leaves_of_level_ground() {
+    let raw_m2 = |estimate: &Estimate| estimate.leaf.areas.contact_raw_m2().unwrap();
+    for rows in ROWS {
+        for grid in [lms111(), lms511()] {
+            for slope_deg in SLOPES_DEG {
+                let (rig, height_m) = on_a_slope(rows, slope_deg);
+                let found = estimate(&rig, &scans_on_a_slope(&rig, grid, height_m, slope_deg));
+                // The same crown, seen from as high above its foot.
+                let mut level = Rig { ground_slope_deg: None, ..rig.clone() };
+                level.scanners.iter_mut().for_each(|mount| mount.height_m = height_m);
+                let flat = estimate(&level, &scans_on_a_slope(&level, grid, height_m, 0.0));
+                let off = relative(raw_m2(&found), raw_m2(&flat));
+                assert!(off < 0.05, "{rows:?} {slope_deg}: {off}");
+                assert!(!warned(&found, "ground_slope"), "{rows:?} {slope_deg}: {:?}", found.warnings);
+                assert_eq!(
+                    found.returns.unwrap().canopy,
+                    flat.returns.unwrap().canopy,
+                    "{rows:?} {slope_deg}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_slope_that_is_not_the_rigs_is_told_from_3_degrees_and_withheld_from_6() {
+    let judged = |told: Option<f64>, found: &Estimate| {
+        let withheld = found.leaf.areas.best_m2().err().map(|why| why.code());
+        let text =
+            found.warnings.iter().map(ToString::to_string).find(|text| text.starts_with("ground_slope"));
+        assert!(text.iter().all(|text| text.contains("`ground_slope_deg`")), "{text:?}");
+        assert!(withheld.is_none_or(|code| code == "ground_slope"), "{told:?}: {withheld:?}");
+        (text, withheld.is_some())
+    };
+    for rows in &ROWS[..2] {
+        for slope_deg in [-15.0, -6.0, -3.5, -3.0, -2.0, 0.0, 2.0, 3.0, 3.5, 6.0, 15.0] {
+            let (right, height_m) = on_a_slope(rows, slope_deg);
+            let scans = scans_on_a_slope(&right, lms111(), height_m, slope_deg);
+            for told in [None, Some(0.0), Some(slope_deg), Some(-slope_deg), Some(slope_deg / 2.0)] {
+                let off_deg = (slope_deg - told.unwrap_or(0.0)).abs();
+                let rig = Rig { ground_slope_deg: told, ..right.clone() };
+                let (text, withheld) = judged(told, &estimate(&rig, &scans));
+                if off_deg >= 3.0 || off_deg <= 2.0 {
+                    assert_eq!(
+                        text.is_some(),
+                        off_deg >= 3.0,
+                        "{rows:?} {slope_deg}, told {told:?}: {text:?}"
+                    );
+                }
+                if off_deg >= 6.0 || off_deg <= 4.0 {
+                    assert_eq!(withheld, off_deg >= 6.0, "{rows:?} {slope_deg}, told {told:?}: {text:?}");
+                }
+                // Found, and told: to a third of a degree.
+                let numbers: Vec<f64> = text
+                    .iter()
+                    .flat_map(|text| text.split(['°', ' ']))
+                    .filter_map(|word| word.parse().ok())
+                    .collect();
+                let near = numbers
+                    .iter()
+                    .zip([slope_deg, told.unwrap_or(0.0)])
+                    .all(|(found, expected)| (found - expected).abs() < 0.3);
+                assert!(
+                    near && (text.is_none() || numbers.len() == 2),
+                    "{slope_deg}, told {told:?}: {text:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Half of the drive is in an alley driven back, where the tractor has the slope's upper side on its other hand.
+#[test]
+fn an_alley_driven_back_has_the_other_slope_and_that_is_told() {
+    let (rig, height_m) = on_a_slope(&[RowSide::Right], 6.0);
+    let axis_m = rig.scanners[0].distance_m;
+    let mut ahead = ranges_on_ground(height_m, axis_m, 6.0);
+    let mut back = ranges_on_ground(height_m, axis_m, -6.0);
+    let scans =
+        drive(
+            &rig,
+            lms111(),
+            50,
+            1000,
+            |y_m, theta| {
+                if y_m < 10.0 { ahead(y_m, theta) } else { back(y_m, theta) }
+            },
+        );
+    let found = estimate(&rig, &scans);
+    assert_eq!(
+        found.leaf.areas.best_m2().map_err(|why| why.code()),
+        Err("ground_slope"),
+        "{:?}",
+        found.warnings
+    );
+    // A pass from the row's other side that is driven back is read with the other sign.
+    for (is_back, expected) in [(false, 6.0), (true, -6.0)] {
+        let other = Heading { start_m: 3.0, back: is_back }.rig(&rig, 0.25);
+        assert_eq!(other.ground_slope_deg, Some(expected));
+    }
+}
+
+#[test]
+fn ground_that_is_not_seen_tells_no_slope() {
+    let rig = orchard_rig();
+    let mount = &rig.scanners[0];
+    // A wall before it, and one whose foot leans.
+    for lean in [0.0, 0.3] {
+        let scans = drive(&rig, lms111(), 50, 300, |y_m, theta| {
+            wall(1.2 + lean * (theta * 9.0).sin())(y_m, theta).min(if theta < -1.2 {
+                mount.height_m / -theta.sin()
+            } else {
+                NO_ECHO
+            })
+        });
+        assert!(!warned(&estimate(&rig, &scans), "ground_slope"), "{lean}");
+    }
+}
+
+#[test]
+fn level_ground_that_is_told_changes_no_number() {
+    let rig = Rig { ground_slope_deg: Some(0.0), ..orchard_rig() };
+    let scans = scans_on_a_slope(&rig, lms111(), 1.6, 0.0);
+    let json = |rig: &Rig| serde_json::to_string(&estimate(rig, &scans)).unwrap();
+    assert_eq!(json(&rig), json(&orchard_rig()));
+}
