@@ -5,7 +5,8 @@ use rowscan_bus::canopy::CanopyEcu;
 use rowscan_bus::frame::J1939Id;
 use rowscan_bus::message::Message;
 use rowscan_bus::pgn::canopy::{CanopyReport, IMPACTED_BANDS, LEAF_BANDS, LEAF_STATUS, SUMMARY};
-use rowscan_canopy::{LeafSlice, RowClass, Withheld};
+use rowscan_canopy::calibration::ContactScale;
+use rowscan_canopy::{Calibration, LeafSlice, RowClass, Withheld};
 use rowscan_emulator::stage::Stage;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::Scan;
@@ -14,6 +15,7 @@ use rowscan_protocol::validity::{DeviceStatus, ScanFault};
 use rowscan_scenes::CellGrid;
 use rowscan_scenes::files::load_scene;
 use rowscan_scenes::optics::Stages;
+use rowscan_study::calibrations::load_named_calibration;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_study::trial::{StartUpRequests, each_scan};
 
@@ -107,20 +109,23 @@ fn a_leaf_area_beyond_its_field_is_said_to_be_so() {
     const BEYOND_FIELD: f64 = 250.0;
     let stage = stage("spindle", 3, Stages::IDEAL);
     let model = AnyModel::by_name("lms111").expect("a model");
-    for (row_spacing_m, fits) in [(4.0, true), (0.4, false)] {
-        let mut rig = rig_with(&stage.rig, 0, model.name());
-        rig.row_spacing_m = Some(row_spacing_m);
-        let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::OfRig).expect("a reading");
+    let rig = rig_with(&stage.rig, 0, model.name());
+    let own = load_named_calibration("spindle", model.name(), rig.optics).expect("it is shipped");
+    // A row as it is, and one with twenty times the leaves.
+    for (times, fits) in [(1.0, true), (20.0, false)] {
+        let contact = ContactScale { k: times * own.contact.k, ..own.contact };
+        let calibration = CalibrationChoice::Given(Some(Box::new(Calibration { contact, ..own.clone() })));
+        let reading = Reading::of(Some(&rig), 0, true, calibration).expect("a reading");
         let asked = StartUpRequests { cola: reading.cola, lms2xx: reading.lms2xx };
         let mut pipeline = reading.pipeline.of_class(RowClass::default());
         each_scan(&stage, model, asked, &mut |scan| pipeline.push(scan)).expect("scans");
         let report = CanopyReport { window: pipeline.window(), ..CanopyReport::default() };
         let leaf = report.window.and_then(|window| window.leaf).expect("a leaf area");
-        assert_eq!(leaf.lai().expect("a spacing") < 10.0, fits, "{leaf:?}");
+        assert_eq!(leaf.m2_per_m() < 25.0, fits, "{} m²/m", leaf.m2_per_m());
         let (summary, status) = (report.summary(), report.leaf_status());
         let (summary, status) = (SUMMARY.decode(summary.bytes()), LEAF_STATUS.decode(status.bytes()));
-        assert!(summary[1].is_some(), "the area itself fits: {summary:?}");
-        assert_eq!(summary[3].is_some(), fits, "{summary:?}");
+        assert!(summary[0].is_some(), "the impacted area fits: {summary:?}");
+        assert_eq!(summary[1].is_some(), fits, "{summary:?}");
         assert_eq!(status[0], Some(if fits { 0.0 } else { BEYOND_FIELD }), "{status:?}");
     }
 }

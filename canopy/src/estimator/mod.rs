@@ -12,6 +12,7 @@ mod height;
 mod impacted;
 mod lwa;
 pub(crate) mod measure;
+mod normals;
 mod occlusion;
 mod polar;
 mod polar_cells;
