@@ -6,7 +6,7 @@
 //!
 //! It needs beams that are thin beside a leaf: through a spot as wide as a leaf ranges are means over leaves, and nothing is told.
 
-use super::contract::{Estimator, EstimatorInfo, Setting, Sighting, SightedLine, Stretch};
+use super::contract::{Estimator, EstimatorInfo, Setting, SightedLine, Sighting, Stretch};
 use super::measure::{Measure, Quantity};
 use crate::parameters::Parameters;
 
@@ -77,7 +77,9 @@ impl Normals {
         };
         let Some((p, q)) = point(a, apart_m).zip(point(b, apart_m)) else { return };
         let Some((r, s)) = point(a_before, 0.0).zip(point(b_before, 0.0)) else { return };
-        let Some((first, second)) = normal(less(q, p), less(r, p)).zip(normal(less(r, s), less(q, s))) else { return };
+        let Some((first, second)) = normal(less(q, p), less(r, p)).zip(normal(less(r, s), less(q, s))) else {
+            return;
+        };
         if dot(first, second) < SAME_WAY_DEG.to_radians().cos() {
             return;
         }
@@ -107,7 +109,8 @@ impl Estimator for Normals {
                 at += 1;
             }
             let Some([a_before, b_before]) = before.get(at..at + 2) else { break };
-            let same = |one: &Sighting, other: &Sighting| (one.beam.theta_rad - other.beam.theta_rad).abs() < 1e-9;
+            let same =
+                |one: &Sighting, other: &Sighting| (one.beam.theta_rad - other.beam.theta_rad).abs() < 1e-9;
             let steep = a.beam.theta_rad.abs() >= LEAST_ELEVATION_DEG.to_radians();
             // What one beam stands for says how far the next is, unless one between them gave nothing.
             let step = a.beam.area_factor / a.beam.cos;

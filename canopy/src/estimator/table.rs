@@ -1,7 +1,9 @@
 //! The list of estimators.
 
 use super::contract::EstimatorInfo;
-use super::{gap, height, impacted, lwa, normals, occlusion, polar, porosity, tai, trv, volume, voxel, width};
+use super::{
+    gap, height, impacted, lwa, normals, occlusion, polar, porosity, tai, trv, volume, voxel, width,
+};
 
 /// Every estimator. To add one: its file, its line here.
 pub static TABLE: &[EstimatorInfo] = &[

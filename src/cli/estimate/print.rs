@@ -58,6 +58,9 @@ pub(in super::super) enum By {
 /// Writes estimates: one as a document, several as a document of documents; as CSV a line a scanner, a line a tree or a line a band, or the estimators side by side if any
 /// were asked for.
 pub(super) fn print(format: Format, by: By, all: &[ScannerReport]) -> Result<(), Failure> {
+    if by != By::default() && format != Format::Csv {
+        output::say("--by says what a line of --format csv is of; this format tells all");
+    }
     match (format, all) {
         (Format::Json, [one]) => output::print_json(format, one),
         (Format::Json, all) => output::print_json(format, &All { scanners: all }),
@@ -91,6 +94,12 @@ pub(super) fn print(format: Format, by: By, all: &[ScannerReport]) -> Result<(),
     }
 }
 
+/// Says why there is no band.
+fn no_band(told: &ScannerReport) {
+    let why = codes(&told.estimate.warnings);
+    output::say(format_args!("no band is told: {}", if why.is_empty() { "no canopy was met" } else { &why }));
+}
+
 /// A line a band.
 fn bands(format: Format, all: &[ScannerReport]) -> Result<(), Failure> {
     let lists: Vec<(&ScannerReport, Vec<BandLine>)> = all
@@ -98,7 +107,7 @@ fn bands(format: Format, all: &[ScannerReport]) -> Result<(), Failure> {
         .map(|told| (told, told.profile.as_ref().map(profile::lines).unwrap_or_default()))
         .collect();
     for (told, _) in lists.iter().filter(|(_, lines)| lines.is_empty()) {
-        output::say(format_args!("no band is told: {}", codes(&told.estimate.warnings)));
+        no_band(told);
     }
     let mut rows = Vec::new();
     for (told, lines) in &lists {
@@ -137,8 +146,10 @@ fn print_table(told: &ScannerReport) -> Result<(), Failure> {
     if !estimate.trees.is_empty() {
         output::print(&trees(estimate))?;
     }
-    if let Some(profile) = profile.as_ref().filter(|profile| !profile.row.is_empty()) {
-        output::print(&profile::table(profile))?;
+    match profile {
+        Some(profile) if profile.row.is_empty() => no_band(told),
+        Some(profile) => output::print(&profile::table(profile))?,
+        None => {}
     }
     for found in &estimate.trees_found {
         output::print(&trees_found(found))?;
