@@ -18,9 +18,12 @@ pub struct Registered {
     pub right_m: f64,
 }
 
-/// Points of a row's axis in metres east and north of a common origin, each with the pass's own count.
+/// Where the pass was by its own count, and the row's axis there in metres east and north of a common origin.
+type AxisPlace = (f64, [f64; 2]);
+
+/// A row's axis, by a pass.
 struct Axis {
-    points: Vec<(f64, [f64; 2])>,
+    points: Vec<AxisPlace>,
 }
 
 /// A mean, and how coordinates go with the count.
@@ -48,7 +51,7 @@ impl Axis {
             return None;
         }
         let count = self.points.len() as f64;
-        let mean = |of: &dyn Fn(&(f64, [f64; 2])) -> f64| self.points.iter().map(of).sum::<f64>() / count;
+        let mean = |of: &dyn Fn(&AxisPlace) -> f64| self.points.iter().map(of).sum::<f64>() / count;
         let (y_m, place) = (mean(&|(y, _)| *y), [mean(&|(_, at)| at[0]), mean(&|(_, at)| at[1])]);
         let spread = mean(&|(y, _)| (y - y_m).powi(2));
         let slope = [0, 1].map(|axis| mean(&|(y, at)| (y - y_m) * (at[axis] - place[axis])) / spread);
