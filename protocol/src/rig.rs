@@ -147,6 +147,16 @@ impl BeamWidth {
     }
 }
 
+impl EchoChoice {
+    /// Its name in a rig file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::First => "first",
+            Self::Last => "last",
+        }
+    }
+}
+
 /// How one scanner sits on the tractor.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
