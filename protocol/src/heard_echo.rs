@@ -3,7 +3,7 @@
 use alloc::collections::VecDeque;
 use alloc::string::String;
 
-use crate::rig::EchoChoice;
+use crate::echo::EchoChoice;
 use crate::telegram::ee_writeall::WriteAll;
 use crate::telegram::fr_echo_filter::{self, EchoFilter};
 use crate::telegram::sc_reboot::Reboot;

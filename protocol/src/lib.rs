@@ -57,6 +57,7 @@ extern crate std;
 pub mod angle;
 pub mod calendar;
 pub mod counting;
+pub mod echo;
 pub mod optics;
 pub mod plural;
 pub mod random;

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 
 use crate::angle::BeamGrid;
-use crate::rig::EchoChoice;
+use crate::echo::EchoChoice;
 use crate::validity::DeviceStatus;
 
 /// The range of a beam that came back without an echo. Misses are data: a canopy estimate without them is biased.

@@ -8,7 +8,7 @@ use super::condition::Condition;
 use super::filter::Filters;
 use super::lines::{Field, Lines};
 use super::options::{Options, Profile};
-use super::playback::Recorded;
+use super::recorded::Recorded;
 use super::settings::Settings;
 use super::ticks::TickCounter;
 use super::troubles::Troubles;
