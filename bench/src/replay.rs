@@ -20,6 +20,7 @@ use rowscan_ports::{Untaken, task};
 use rowscan_protocol::device::{Device, Profile};
 use rowscan_protocol::lms2xx::device::Options;
 use rowscan_protocol::model::{AnyModel, MODELS};
+use rowscan_protocol::rig::Rig;
 use rowscan_recording::{StreamKind, Taps};
 use rowscan_rest::{Rest, Server};
 use tokio::task::JoinSet;
@@ -38,6 +39,8 @@ pub struct ReplaySpec<'a> {
     pub streams: Vec<StreamSpec<'a>>,
     /// Who answers what was not recorded; the recorded scanner where absent.
     pub model: Option<AnyModel>,
+    /// The rig that it was recorded with: which echo scans hold, it tells where the recorded conversation does not.
+    pub rig: Option<Rig>,
     /// Replies go out as recorded, to whoever connects, and nobody is answered.
     pub verbatim: bool,
     /// Clients served at once by each scanner.
@@ -91,6 +94,7 @@ impl<'a> ReplaySpec<'a> {
             survey,
             streams: Vec::new(),
             model: None,
+            rig: None,
             verbatim: false,
             max_clients: MAX_CLIENTS,
             idle_limit: IDLE_LIMIT,
@@ -248,6 +252,7 @@ impl Opening<'_> {
             faults: self.stream_faults(part, endpoints),
             ..EmulatorConfig::default()
         };
+        let faults = config.faults.clone();
         let mut emulator = Emulator::replay(device, part, spec.verbatim, spec.clock(), config);
         let mut untaken: Vec<Untaken> = Vec::new();
         for endpoint in endpoints {
@@ -264,7 +269,7 @@ impl Opening<'_> {
                 }
             }
         }
-        let outlet = Outlet::scanner(&emulator, part.scans > 0).read_by(untaken);
+        let outlet = Outlet::scanner(&emulator, part.scans > 0).read_by(untaken).through(faults);
         let scanner: Option<Box<dyn VirtualScanner>> = Some(Box::new(emulator));
         Ok((replayed(part, taken_for, scanner), outlet))
     }
@@ -285,7 +290,7 @@ impl Opening<'_> {
             return Err(BenchError::UnpacedDatagrams { stream: part.name.clone() });
         }
         let model = compact_model_of(spec.survey, part, asked)?;
-        let mut device = compact_device_of(part, model);
+        let mut device = compact_device_of(part, model, spec.rig.as_ref());
         let udp = places.udp.map(a_free_port).transpose()?;
         if let Some(to) = udp {
             device.direct(to);
@@ -334,7 +339,7 @@ impl Opening<'_> {
         let is_told =
             part.told_models().len() == 1 || asked.is_some() || survey.about.model_of(&part.name).is_some();
         let guessed = !silent && !is_told;
-        Ok((device_of(part, model), guessed.then_some(model.title)))
+        Ok((device_of(part, model, self.spec.rig.as_ref()), guessed.then_some(model.title)))
     }
 
     /// The one line of an LMS2xx.
@@ -362,9 +367,10 @@ impl Opening<'_> {
             faults: self.stream_faults(part, endpoints),
             ..SerialConfig::at(scale)
         };
+        let faults = config.faults.clone();
         let emulator = SerialEmulator::replay(device, &part.name, line.wire, spec.clock(), config);
         let outlet = Outlet::lms2xx(&emulator, part).ok_or_else(not_one)?;
-        let outlet = outlet.read_by(Vec::from_iter(line.untaken));
+        let outlet = outlet.read_by(Vec::from_iter(line.untaken)).through(faults);
         let scanner: Option<Box<dyn VirtualScanner>> = Some(Box::new(emulator));
         Ok((replayed(part, None, scanner), outlet))
     }

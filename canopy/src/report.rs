@@ -72,6 +72,9 @@ pub(crate) fn estimate(
     if turns as f64 > TURNS_TOLD * of as f64 {
         estimate.warnings.push(Warning::TurnsLeftOut { turns, of });
     }
+    if counting.contradicting > 0 {
+        estimate.warnings.push(Warning::CountersContradict { scans: counting.contradicting });
+    }
     warn_of_excluded(&mut estimate, gate);
     if gate.behind_m() > 0.0 {
         estimate.warnings.push(Warning::BehindStart { length_m: gate.behind_m() });
@@ -381,6 +384,8 @@ fn row(
     estimate.trees_found = pass.row.trees_found(leaves);
     let metres = pass.row.metres.iter();
     estimate.slices.extend(metres.map(|cell| slice(cell, law.areas(&Sums::from(cell), cell.scanned_m))));
+    let other_echo = pass.other_echo.zip(pass.mount.echo);
+    estimate.warnings.extend(other_echo.map(|(given, told)| Warning::OtherEcho { told, given }));
     match leaves {
         Err(Withheld::NoFoliage) => {
             estimate.warnings.push(Warning::NoFoliage { share: contact.too_dense });

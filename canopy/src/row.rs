@@ -1,5 +1,6 @@
 //! One row being scanned: weighted lines in, sums out.
 
+mod echo;
 mod told;
 
 use std::sync::Arc;
@@ -48,6 +49,8 @@ pub(crate) struct Row {
     /// The last of them.
     slices: Slices,
     estimators: Estimators,
+    /// The same as they were asked for.
+    asked: Vec<&'static EstimatorInfo>,
     /// The line's beams, for the estimators.
     sightings: Vec<Sighting>,
     row_spacing_m: Option<f64>,
@@ -135,6 +138,7 @@ impl Row {
             contact: Sampled::default(),
             slices: Slices::default(),
             estimators: Estimators::default(),
+            asked: Vec::new(),
             sightings: Vec::new(),
             row_spacing_m: rig.row_spacing_m,
             profile: None,
@@ -214,22 +218,11 @@ impl Row {
         self.parameters.remission.as_ref()
     }
 
-    /// Which echo its scans hold is not known after all.
-    pub(crate) fn forget_echo(&mut self) {
-        if let Some(footprint) = &mut self.parameters.footprint {
-            footprint.echo = None;
-        }
-    }
-
-    /// Whether the beams have a width, and nobody knows which echo their scans hold.
-    pub(crate) fn lacks_the_echo(&self) -> bool {
-        self.parameters.footprint.is_some_and(|footprint| footprint.echo.is_none())
-    }
-
     /// Measures by these estimators too, from the next line on.
     pub(crate) fn measure(&mut self, asked: &[&'static EstimatorInfo]) {
         let Self { frame, parameters, row_spacing_m, .. } = *self;
         self.estimators = Estimators::new(asked, &Setting { frame, parameters, row_spacing_m });
+        self.asked = asked.to_vec();
     }
 
     /// Looks for trees in the data too, from the next line on.

@@ -3,7 +3,7 @@
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::counting::Link;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_protocol::rig::{EchoChoice, Mount, Rig};
 
 use crate::advance::{Advance, Step, Weighted};
 use crate::beam_line::KeptBeams;
@@ -31,6 +31,8 @@ pub(crate) struct LatestScan {
 pub(crate) struct RowPass {
     pub(crate) rig: Rig,
     pub(crate) mount: Mount,
+    /// The echo that the rig says, where the scans tell another.
+    pub(crate) other_echo: Option<EchoChoice>,
     pub(crate) advance: Advance,
     pub(crate) odometry: Odometry,
     /// What speaks against the encoder.
@@ -66,6 +68,7 @@ impl RowPass {
         Ok(Self {
             rig: rig.clone(),
             mount: mount.clone(),
+            other_echo: None,
             advance: Advance::new(parameters.max_gap_steps * turns_a_line),
             odometry: Odometry::default(),
             witness: EncoderWitness::new(tick_m, rig.speed_m_s),
@@ -75,6 +78,14 @@ impl RowPass {
             shares: Shares::new(&parameters),
             deskew: mount.attitude().leans().then(Deskew::default),
         })
+    }
+
+    /// The scans, of which none has come yet, tell that they hold this echo: whatever the rig says, they do.
+    pub(crate) fn tell_echo(&mut self, echo: EchoChoice) {
+        if self.row.tell_echo(echo) {
+            self.shares = Shares::new(self.row.parameters());
+            self.other_echo = self.mount.echo.replace(echo).filter(|given| *given != echo);
+        }
     }
 
     /// Its source is settled: ticks of an encoder are no gaps.

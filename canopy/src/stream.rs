@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rowscan_protocol::host::SettingNote;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::Rig;
+use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::ScanFault;
 
@@ -58,6 +58,8 @@ pub struct Pipeline {
     link: Option<Link>,
     ranges: Ranges,
     latest: Option<LatestScan>,
+    /// What the latest scan says of the echo that it holds; none before the first scan.
+    echo: Option<Option<EchoChoice>>,
     pass: Option<RowPass>,
     /// The same by the rig's speed, while the encoder that the pass goes by has not counted yet.
     fallback: Option<Box<RowPass>>,
@@ -95,6 +97,7 @@ impl Pipeline {
             link: None,
             ranges: Ranges::default(),
             latest: None,
+            echo: None,
             pass,
             fallback: None,
             untouched: None,
@@ -231,7 +234,26 @@ impl Pipeline {
         self.gate.unreadable(fault);
     }
 
+    /// Takes note of what a scan says of the echo that it holds. From the first scan on that holds, whatever the rig or the model say. Where it changes on the
+    /// way, some scans hold another echo than the rest, or nobody knows.
+    fn hear_echo(&mut self, echo: Option<EchoChoice>) {
+        let before = self.echo.replace(echo);
+        if before == Some(echo) {
+            return;
+        }
+        let passes = self.pass.iter_mut().chain(self.fallback.as_deref_mut());
+        for pass in passes.chain(self.untouched.as_deref_mut()) {
+            match (before, echo) {
+                (None, None) => {}
+                (None, Some(echo)) => pass.tell_echo(echo),
+                (Some(_), told) if told.is_some() && told == pass.row.echo() => {}
+                (Some(_), _) => pass.row.forget_echo(),
+            }
+        }
+    }
+
     fn take(&mut self, scan: &Scan, speed: Option<GroundSpeed>) {
+        self.hear_echo(scan.echo);
         let restarts = self.counting.restarts;
         let turn = self.counting.observe(scan);
         self.latest = Some(LatestScan { beams: scan.beams, frequency_hz: self.counting.nominal_hz(scan) });

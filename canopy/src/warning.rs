@@ -4,7 +4,7 @@ mod words;
 
 use rowscan_protocol::host::SettingNote;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::BeamWidth;
+use rowscan_protocol::rig::{BeamWidth, EchoChoice};
 use rowscan_protocol::validity::ScanFault;
 use serde::{Serialize, Serializer};
 
@@ -145,6 +145,11 @@ pub enum Warning {
         /// Of so many.
         of: u64,
     },
+    /// The counter of turns contradicts the counter of telegrams and the device's clock.
+    CountersContradict {
+        /// In so many scans.
+        scans: u64,
+    },
     /// Parts of scans were lost on their way.
     SegmentsLost {
         /// How many.
@@ -177,6 +182,13 @@ pub enum Warning {
         given: BeamWidth,
         /// An emulator made the recording, and knows: its word holds. Of a real scanner the rig's does.
         is_known: bool,
+    },
+    /// The scanner was set to send another echo than the rig says.
+    OtherEcho {
+        /// As the scanner was set.
+        told: EchoChoice,
+        /// As the rig says.
+        given: EchoChoice,
     },
     /// A setting of the scanner is not as it was to be, or was found as another client had left it.
     Setting(SettingNote),
@@ -366,11 +378,13 @@ impl Warning {
             Self::Restarts { .. } => "restarts",
             Self::NoDeviceClock { .. } => "no_device_clock",
             Self::TurnsLeftOut { .. } => "turns_left_out",
+            Self::CountersContradict { .. } => "counters_contradict",
             Self::SegmentsLost { .. } => "segments_lost",
             Self::BrokenOff { .. } => "broken_off",
             Self::StreamsLeftOut { .. } => "streams_left_out",
             Self::OtherRig { .. } => "other_rig",
             Self::OtherOptics { .. } => "other_optics",
+            Self::OtherEcho { .. } => "other_echo",
             Self::Setting(note) => note.code(),
             Self::OtherModel { .. } => "other_model",
             Self::Unreadable { .. } => "unreadable",

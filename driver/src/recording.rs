@@ -121,7 +121,12 @@ impl Recording {
         }
         self.bytes += packet.bytes.len() as u64;
         self.tap.record(packet.from.unwrap_or(Side::Device), &packet.bytes);
+        self.clients.extend(reader.map(|reader| (packet.stream, reader)));
         if packet.from == Some(Side::Host) {
+            // It was asked for an echo, perhaps.
+            if let Some(client) = self.clients.get_mut(&packet.stream) {
+                client.push(self.received.0, &packet);
+            }
             return;
         }
         self.timed = packet.at_ns.is_some();
@@ -129,7 +134,6 @@ impl Recording {
             self.received = HostTime(Duration::from_nanos(at_ns.saturating_sub(began_ns)));
         }
         self.current = packet.stream;
-        self.clients.extend(reader.map(|reader| (packet.stream, reader)));
         if let Some(client) = self.clients.get_mut(&packet.stream) {
             client.push(self.received.0, &packet);
         }

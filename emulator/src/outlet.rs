@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
+use rowscan_faults::StreamFaults;
 use rowscan_protocol::device::DeviceEvent as Event;
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{Side, StreamKind, Tap, Taps};
@@ -20,8 +22,8 @@ use crate::{Emulator, SerialEmulator};
 use rowscan_bus::link::PortEvent;
 use rowscan_bus::nmea::NmeaLine;
 use rowscan_bus::{Bus, CanFrame, Inbox};
-use rowscan_ports::task;
 use rowscan_ports::{Delivery, Untaken};
+use rowscan_ports::{clock as host, task};
 
 /// Where one stream of a recording goes.
 #[derive(Debug)]
@@ -29,6 +31,8 @@ pub struct Outlet {
     kind: Kind,
     /// Of its pseudo-terminals.
     untaken: Vec<Untaken>,
+    /// What may hold its scans back behind it.
+    faults: Option<StreamFaults>,
 }
 
 #[derive(Debug)]
@@ -102,7 +106,12 @@ impl Outlet {
     }
 
     fn of(kind: Kind) -> Self {
-        Self { kind, untaken: Vec::new() }
+        Self { kind, untaken: Vec::new(), faults: None }
+    }
+
+    /// The same with these faults on its way to the clients.
+    pub fn through(self, faults: Option<StreamFaults>) -> Self {
+        Self { faults, ..self }
     }
 
     /// The same, which is played to its end only once the clients of these pseudo-terminals have read it.
@@ -167,15 +176,37 @@ impl Outlet {
         }
     }
 
-    /// Counts what no client has taken as dropped.
+    /// What is on its way to clients: in their queues, and held back by faults.
+    pub(crate) fn on_its_way(&self) -> OnItsWay {
+        let queued = match &self.kind {
+            Kind::Scanner(outlet) => outlet.shared.in_flight.pending(),
+            Kind::Lms2xx(queue) => queue.pending(),
+            Kind::Datagrams(_) | Kind::Nmea(_) | Kind::Can(_) => 0,
+        };
+        let faults = self.faults.as_ref();
+        OnItsWay {
+            queued,
+            held: faults.map_or(0, |faults| faults.held().pending()),
+            next: faults.and_then(StreamFaults::first_due),
+        }
+    }
+
+    /// Counts what no client has taken, and what faults hold back, as dropped: it was sent to nobody.
     pub(crate) fn give_up(&self) {
-        if let Kind::Scanner(ScannerOutlet { shared, .. }) = &self.kind {
-            shared.counts.dropped.fetch_add(shared.in_flight.pending(), Ordering::Relaxed);
+        let held = self.faults.as_ref().map_or(0, StreamFaults::give_up);
+        match &self.kind {
+            Kind::Scanner(ScannerOutlet { shared, .. }) => {
+                let given_up = shared.in_flight.pending() + held;
+                shared.counts.dropped.fetch_add(given_up, Ordering::Relaxed);
+                shared.counts.sent.fetch_sub(given_up, Ordering::Relaxed);
+            }
+            Kind::Lms2xx(queue) => queue.lose(held),
+            Kind::Datagrams(_) | Kind::Nmea(_) | Kind::Can(_) => {}
         }
     }
 
     /// Waits until everything put has gone, and has been read where that can be told.
-    pub(crate) async fn drain(&self) {
+    pub(crate) async fn drain(&self, clock: &SimClock) {
         match &self.kind {
             Kind::Scanner(outlet) => outlet.shared.in_flight.flushed().await,
             // Its client may have to end the stream over an interface that goes with the tape.
@@ -188,8 +219,49 @@ impl Outlet {
             }
             Kind::Can(outlet) => outlet.bus.taken().await,
         }
+        if let Some(faults) = &self.faults {
+            let_go(faults, clock).await;
+        }
         for untaken in &self.untaken {
             untaken.taken().await;
+        }
+    }
+}
+
+/// Telegrams that have been put and have not reached anybody.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct OnItsWay {
+    pub(crate) queued: u64,
+    pub(crate) held: u64,
+    /// When the next piece of what is held may leave: a slow one is on its way, too.
+    pub(crate) next: Option<Duration>,
+}
+
+impl OnItsWay {
+    /// What is on its way in both.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            queued: self.queued + other.queued,
+            held: self.held + other.held,
+            next: self.next.max(other.next),
+        }
+    }
+}
+
+/// How long what is due has to leave before it is looked at again, host time.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
+
+/// Waits until faults hold nothing back. Behind a recording's end nothing moves the time of a clock that waits for its clients: it goes on here, from one
+/// telegram that is due to the next.
+async fn let_go(faults: &StreamFaults, clock: &SimClock) {
+    faults.end();
+    let held = faults.held();
+    while held.pending() > 0 {
+        let next = faults.next_due().map(|at| SimTime::ZERO + at);
+        match next.filter(|_| clock.delivery().is_patient()) {
+            Some(at) if at > clock.now() => clock.reach(at).await,
+            // It is being written, or nobody knows when it will be.
+            Some(_) | None => drop(host::within(LOOK_AGAIN, held.below(held.pending())).await),
         }
     }
 }

@@ -25,6 +25,8 @@ pub(crate) struct PlaybackQueue {
     delivery: Delivery,
     /// Telegrams that came faster than the line carries them.
     dropped: Arc<AtomicU64>,
+    /// Of those that the line has taken: lost behind it.
+    lost: Arc<AtomicU64>,
 }
 
 /// A recorded telegram on its way to the client.
@@ -48,8 +50,9 @@ pub(crate) enum Values {
 pub(crate) fn queue(delivery: Delivery) -> (PlaybackQueue, Values) {
     let (telegrams, queued) = mpsc::channel(QUEUE);
     let (tell, wanted) = watch::channel(false);
-    let (in_flight, dropped) = (InFlight::default(), Arc::default());
-    let queue = PlaybackQueue { telegrams, in_flight, wanted, delivery, dropped };
+    let in_flight = InFlight::default();
+    let (dropped, lost) = (Arc::default(), Arc::default());
+    let queue = PlaybackQueue { telegrams, in_flight, wanted, delivery, dropped, lost };
     (queue, Values::Recorded(queued, tell))
 }
 
@@ -83,9 +86,24 @@ impl PlaybackQueue {
         self.delivery.is_patient()
     }
 
-    /// Telegrams that came faster than the line carries them.
+    /// Telegrams that came faster than the line carries them, or were lost behind it.
     pub(crate) fn dropped(&self) -> u64 {
-        self.dropped.load(Ordering::Relaxed)
+        self.dropped.load(Ordering::Relaxed) + self.lost()
+    }
+
+    /// Telegrams that the line has taken and no client will have.
+    pub(crate) fn lost(&self) -> u64 {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    /// So many telegrams that the line has taken are lost behind it.
+    pub(crate) fn lose(&self, telegrams: u64) {
+        self.lost.fetch_add(telegrams, Ordering::Relaxed);
+    }
+
+    /// Telegrams that have not left the line.
+    pub(crate) fn pending(&self) -> u64 {
+        self.in_flight.pending()
     }
 
     /// Waits until everything handed over has left the line.

@@ -10,14 +10,18 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 
 use super::lateness::Lateness;
-use super::outlet::Outlet;
+use super::outlet::{OnItsWay, Outlet};
 use crate::clock::{Pacer, SimClock, Timer};
 use crate::replay::{Playback, PlaybackEvent, Playhead};
+use rowscan_ports::clock as host;
 use rowscan_ports::task;
-use rowscan_ports::{Delivery, clock};
 
 /// How long a tape on a paced clock stays for clients that have not read its end, host time.
 const FLUSH_TIMEOUT: Duration = Duration::from_secs(2);
+/// How long a tape on a clock that waits for its clients stays for faults that let nothing go, host time.
+const HELD_TIMEOUT: Duration = Duration::from_secs(10);
+/// How long a tape stays for what faults hold back, however slowly they let it go, host time.
+const HELD_AT_MOST: Duration = Duration::from_secs(60);
 
 /// A recording being played. Dropping it stops the tape and closes its lines and buses; its scanners live on without scans.
 #[derive(Debug)]
@@ -135,20 +139,7 @@ impl PlaybackLoop {
         for outlet in &self.outlets {
             outlet.leave().await;
         }
-        let drained = async {
-            for outlet in &self.outlets {
-                outlet.drain().await;
-            }
-        };
-        // On a paced clock nobody is waited for who does not read.
-        match self.clock.delivery() {
-            Delivery::Patient => drained.await,
-            Delivery::Paced => {
-                if clock::within(FLUSH_TIMEOUT, drained).await.is_none() {
-                    self.outlets.iter().for_each(Outlet::give_up);
-                }
-            }
-        }
+        drain(&self.outlets, &self.clock).await;
     }
 
     async fn put(&mut self, event: &PlaybackEvent, due: SimTime) {
@@ -170,4 +161,31 @@ impl PlaybackLoop {
             self.playhead.hold_up(self.clock.now().0.saturating_sub(due.0));
         }
     }
+}
+
+/// Waits until the clients have all of it. What they do not take on a paced clock, and what faults do not let go on any, is given up and counted.
+async fn drain(outlets: &[Outlet], clock: &SimClock) {
+    let drained = async {
+        for outlet in outlets {
+            outlet.drain(clock).await;
+        }
+    };
+    let is_patient = clock.delivery().is_patient();
+    let look = if is_patient { HELD_TIMEOUT } else { FLUSH_TIMEOUT };
+    let mut drained = std::pin::pin!(drained);
+    let (since, mut before) = (host::Stopwatch::start(), on_its_way(outlets));
+    while host::within(look, drained.as_mut()).await.is_none() {
+        let now = on_its_way(outlets);
+        let goes_on = now.held > 0 && now != before && since.elapsed() < HELD_AT_MOST;
+        // On a patient clock clients are waited for however slow they are; on a paced one nobody is who does not read.
+        let waits = is_patient && (now.held == 0 || now.queued > 0);
+        if !goes_on && !waits {
+            return outlets.iter().for_each(Outlet::give_up);
+        }
+        before = now;
+    }
+}
+
+fn on_its_way(outlets: &[Outlet]) -> OnItsWay {
+    outlets.iter().map(Outlet::on_its_way).fold(OnItsWay::default(), OnItsWay::and)
 }

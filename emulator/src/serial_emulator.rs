@@ -53,7 +53,7 @@ impl SerialEmulator {
 
 fn counts(counts: &Counts, queue: Option<&PlaybackQueue>) -> SerialCounts {
     SerialCounts {
-        scans_sent: counts.sent.load(Ordering::Relaxed),
+        scans_sent: counts.sent.load(Ordering::Relaxed).saturating_sub(queue.map_or(0, PlaybackQueue::lost)),
         scans_dropped: queue.map(PlaybackQueue::dropped),
         bytes_lost: counts.lost.load(Ordering::Relaxed),
     }

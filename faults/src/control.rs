@@ -139,7 +139,7 @@ impl FaultControl {
     /// The stream called `name`, made if it is not there. Faults know streams that were there when they were added.
     pub fn stream(&self, name: &str, medium: Medium, language: Language) -> StreamFaults {
         let stream = self.shared.plan().stream(name, medium, language);
-        StreamFaults { shared: Arc::clone(&self.shared), stream }
+        StreamFaults::new(Arc::clone(&self.shared), stream)
     }
 
     /// Names a part that faults act on, beside or without bytes of its own. Faults know parts that were there when they were added.

@@ -3,12 +3,13 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use rowscan_ports::in_flight::InFlight;
 use tokio::sync::watch;
 
 use crate::clock::Clock;
 use crate::fault::Door;
 use crate::part::Part;
-use crate::plan::Plan;
+use crate::plan::{Ended, Plan};
 use crate::telegram::Language;
 
 #[derive(Debug)]
@@ -52,9 +53,44 @@ impl Shared {
 pub struct StreamFaults {
     pub(crate) shared: Arc<Shared>,
     pub(crate) stream: usize,
+    held: InFlight,
 }
 
 impl StreamFaults {
+    pub(crate) fn new(shared: Arc<Shared>, stream: usize) -> Self {
+        Self { shared, stream, held: InFlight::default() }
+    }
+
+    /// Scans on their way to clients that faults hold back. Whoever has handed them over has done so: no one else counts them.
+    pub fn held(&self) -> &InFlight {
+        &self.held
+    }
+
+    /// No more telegrams come: what waits for others to pass leaves, and the rest when it is due.
+    pub fn end(&self) {
+        self.shared.plan().end_stream(self.stream, Ended::Leaves);
+    }
+
+    /// Gives up what is held back: it is lost. How many scans are.
+    pub fn give_up(&self) -> u64 {
+        let mut plan = self.shared.plan();
+        plan.end_stream(self.stream, Ended::Lost);
+        self.held.pending()
+    }
+
+    /// When the first of what is held back may leave. It goes on as long as something leaves.
+    pub fn first_due(&self) -> Option<Duration> {
+        self.shared.plan().first_due(self.stream)
+    }
+
+    /// When something that is held back may leave, or a fault that holds it may end; time may have come to it already. None where nothing is held, or nobody
+    /// knows.
+    pub fn next_due(&self) -> Option<Duration> {
+        let now = self.shared.clock.now();
+        let plan = self.shared.plan();
+        [plan.first_due(self.stream), plan.next_due(now)].into_iter().flatten().min()
+    }
+
     /// Names the part that sends and receives on this stream; faults of that part then act on it by the stream's name.
     pub fn part(&self, part: Arc<dyn Part>) {
         if let Some(stream) = self.shared.plan().streams.get_mut(self.stream) {

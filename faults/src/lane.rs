@@ -3,6 +3,8 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use rowscan_ports::in_flight::{InFlight, Pending};
+
 use crate::event::Direction;
 use crate::fault::{Piece, Work};
 use crate::plan::{Link, Plan};
@@ -21,12 +23,14 @@ pub(crate) struct Lane {
     /// The last of them that were not let go: what may be a telegram.
     held: Vec<u8>,
     held_since: Duration,
-    queue: VecDeque<Piece>,
+    queue: VecDeque<Queued>,
     queued: usize,
     /// When the last one queued leaves.
     free: Duration,
     /// Telegrams that leave behind so many others.
-    behind: Vec<(u32, Vec<u8>)>,
+    behind: Vec<(u32, Held)>,
+    /// Scans that wait.
+    scans: InFlight,
     joined: Option<Joined>,
     /// So many telegrams are lost.
     dropping: u32,
@@ -38,12 +42,41 @@ pub(crate) struct Lane {
 struct Joined {
     left: u32,
     until: Duration,
+    held: Held,
+}
+
+/// Bytes, and the scans that are complete with them: each is pending until the last of them has left.
+#[derive(Debug, Default)]
+struct Held {
     bytes: Vec<u8>,
+    scans: Vec<Pending>,
+}
+
+/// A piece in the queue, with the scans that are complete with it.
+#[derive(Debug)]
+struct Queued {
+    piece: Piece,
+    /// Dropped with it.
+    scans: Vec<Pending>,
+}
+
+impl Held {
+    fn extend(&mut self, more: Self) {
+        self.bytes.extend(more.bytes);
+        self.scans.extend(more.scans);
+    }
 }
 
 impl Lane {
-    pub(crate) fn new(link: Link, language: Language, direction: Direction, flushes: u64) -> Self {
+    /// `scans` counts those that wait in it.
+    pub(crate) fn new(
+        link: Link,
+        language: Language,
+        direction: Direction,
+        (flushes, scans): (u64, InFlight),
+    ) -> Self {
         Self {
+            scans,
             link,
             direction,
             tracker: Tracker::new(language, direction),
@@ -118,7 +151,9 @@ impl Lane {
             let Some(before) = mark.offset.checked_sub(base) else {
                 // Its beginning has passed.
                 let rest = (mark.offset + mark.len as u64).saturating_sub(base);
-                self.let_go(usize::try_from(rest).unwrap_or(usize::MAX), now, plan);
+                let bytes = self.take(usize::try_from(rest).unwrap_or(usize::MAX));
+                let held = Held { bytes, scans: self.pending(&mark) };
+                self.pass(held, now, plan);
                 self.pass_by(&mark, now, plan);
                 continue;
             };
@@ -138,24 +173,30 @@ impl Lane {
         let regions = mark.kind.regions(bytes.len());
         let mut work = Work::new(bytes, regions, mark.kind.foreign(self.direction));
         plan.telegram(self.link, self.direction, mark, now, Some(&mut work));
-        self.place(work, now, plan);
+        let scans = self.pending(mark);
+        self.place(work, scans, now, plan);
         plan.telegram_done(self.link, mark, now);
     }
 
+    /// What counts a scan for as long as it is held.
+    fn pending(&self, mark: &Mark) -> Vec<Pending> {
+        mark.is_scan.then(|| self.scans.enter()).into_iter().collect()
+    }
+
     /// Puts a telegram where the faults want it.
-    fn place(&mut self, work: Work, now: Duration, plan: &mut Plan) {
+    fn place(&mut self, work: Work, scans: Vec<Pending>, now: Duration, plan: &mut Plan) {
         if let Some(further) = work.drop {
             self.dropping = further;
             return;
         }
         let copies = 1 + work.copies as usize;
         if work.behind > 0 {
-            self.behind.push((work.behind, work.bytes.repeat(copies)));
+            self.behind.push((work.behind, Held { bytes: work.bytes.repeat(copies), scans }));
             return;
         }
         match (&mut self.joined, work.joined) {
             (Some(joined), _) => {
-                joined.bytes.extend(work.bytes.repeat(copies));
+                joined.held.extend(Held { bytes: work.bytes.repeat(copies), scans });
                 joined.left = joined.left.saturating_sub(1);
                 if joined.left == 0 {
                     self.part(now, plan);
@@ -163,44 +204,57 @@ impl Lane {
             }
             (None, Some((left, wait))) => {
                 let until = now.saturating_add(wait);
-                self.joined = Some(Joined { left, until, bytes: work.bytes.repeat(copies) });
+                let held = Held { bytes: work.bytes.repeat(copies), scans };
+                self.joined = Some(Joined { left, until, held });
             }
             (None, None) => {
                 let pieces = pieces(&work);
-                for _ in 0..copies {
-                    self.enqueue(&pieces, now, plan);
+                for _ in 1..copies {
+                    self.enqueue(&pieces, Vec::new(), now, plan);
                 }
+                self.enqueue(&pieces, scans, now, plan);
             }
         }
         self.behind.iter_mut().for_each(|(left, _)| *left -= 1);
-        for (_, bytes) in self.behind.extract_if(.., |(left, _)| *left == 0).collect::<Vec<_>>() {
-            self.pass(bytes, now, plan);
+        for (_, held) in self.behind.extract_if(.., |(left, _)| *left == 0).collect::<Vec<_>>() {
+            self.pass(held, now, plan);
         }
     }
 
     /// Lets the first `bytes` of what is held go as they are.
     fn let_go(&mut self, bytes: usize, now: Duration, plan: &mut Plan) {
-        let bytes: Vec<u8> = self.held.drain(..bytes.min(self.held.len())).collect();
-        self.pass(bytes, now, plan);
+        let bytes = self.take(bytes);
+        self.pass(Held { bytes, scans: Vec::new() }, now, plan);
+    }
+
+    /// The first `bytes` of what is held.
+    fn take(&mut self, bytes: usize) -> Vec<u8> {
+        self.held.drain(..bytes.min(self.held.len())).collect()
     }
 
     /// Queues bytes in their order.
-    fn pass(&mut self, bytes: Vec<u8>, now: Duration, plan: &mut Plan) {
+    fn pass(&mut self, held: Held, now: Duration, plan: &mut Plan) {
         match &mut self.joined {
-            Some(joined) => joined.bytes.extend(bytes),
-            None => self.enqueue(&[(bytes, Duration::ZERO)], now, plan),
+            Some(joined) => joined.held.extend(held),
+            None => self.enqueue(&[(held.bytes, Duration::ZERO)], held.scans, now, plan),
         }
     }
 
     /// Ends the wait of what leaves in one piece.
     fn part(&mut self, now: Duration, plan: &mut Plan) {
         if let Some(joined) = self.joined.take() {
-            self.enqueue(&[(joined.bytes, Duration::ZERO)], now, plan);
+            self.enqueue(&[(joined.held.bytes, Duration::ZERO)], joined.held.scans, now, plan);
         }
     }
 
-    /// Queues pieces, each so long after the one before.
-    fn enqueue(&mut self, pieces: &[(Vec<u8>, Duration)], now: Duration, plan: &mut Plan) {
+    /// Queues pieces, each so long after the one before; `scans` are complete with the last of them.
+    fn enqueue(
+        &mut self,
+        pieces: &[(Vec<u8>, Duration)],
+        scans: Vec<Pending>,
+        now: Duration,
+        plan: &mut Plan,
+    ) {
         if plan.is_cut(self.link, self.direction) || plan.vanishes(self.link, self.direction) {
             return;
         }
@@ -216,8 +270,11 @@ impl Lane {
                 piece.due = piece.due.max(self.free);
                 self.free = piece.due;
                 self.queued += piece.bytes.len();
-                self.queue.push_back(piece);
+                self.queue.push_back(Queued { piece, scans: Vec::new() });
             }
+        }
+        if let Some(last) = self.queue.back_mut() {
+            last.scans.extend(scans);
         }
     }
 
@@ -227,8 +284,8 @@ impl Lane {
         self.find(now, plan);
         self.let_go(usize::MAX, now, plan);
         self.part(now, plan);
-        for (_, bytes) in std::mem::take(&mut self.behind) {
-            self.pass(bytes, now, plan);
+        for (_, held) in std::mem::take(&mut self.behind) {
+            self.pass(held, now, plan);
         }
     }
 
@@ -238,8 +295,12 @@ impl Lane {
             self.flushes = plan.flushes;
             self.dropping = 0;
             self.finish(now, plan);
-            self.queue.iter_mut().for_each(|piece| piece.due = piece.due.min(now));
+            self.queue.iter_mut().for_each(|queued| queued.piece.due = queued.piece.due.min(now));
             self.free = self.free.min(now);
+        }
+        // What waits for telegrams that do not come any more waits for nothing.
+        if plan.has_ended(self.link.stream) && self.direction == Direction::ToClient {
+            self.finish(now, plan);
         }
         if !self.held.is_empty() && now >= self.held_since.saturating_add(GAP) {
             self.tracker.finish();
@@ -254,12 +315,14 @@ impl Lane {
     /// What waits is lost.
     pub(crate) fn lose(&mut self) {
         self.queue.clear();
+        self.behind.clear();
+        self.joined = None;
         self.queued = 0;
     }
 
     /// When it wants to be looked at next.
     pub(crate) fn next_due(&self, holds: bool) -> Option<Duration> {
-        let front = self.queue.front().filter(|_| !holds).map(|piece| piece.due);
+        let front = self.queue.front().filter(|_| !holds).map(|queued| queued.piece.due);
         let held = (!self.held.is_empty()).then(|| self.held_since.saturating_add(GAP));
         let joined = self.joined.as_ref().map(|joined| joined.until);
         [front, held, joined].into_iter().flatten().min()
@@ -267,12 +330,13 @@ impl Lane {
 
     /// The bytes that may leave now.
     pub(crate) fn ready(&self, now: Duration) -> Option<&[u8]> {
-        self.queue.front().filter(|piece| piece.due <= now).map(|piece| piece.bytes.as_slice())
+        let front = self.queue.front().map(|queued| &queued.piece);
+        front.filter(|piece| piece.due <= now).map(|piece| piece.bytes.as_slice())
     }
 
     /// So many of them have left.
     pub(crate) fn left(&mut self, bytes: usize) {
-        let Some(front) = self.queue.front_mut() else { return };
+        let Some(front) = self.queue.front_mut().map(|queued| &mut queued.piece) else { return };
         let bytes = bytes.min(front.bytes.len());
         front.bytes.drain(..bytes);
         self.queued -= bytes;

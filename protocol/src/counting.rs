@@ -20,6 +20,8 @@ const MAX_OVERTAKEN_S: f64 = 1.0;
 const REORDER: u64 = 4;
 /// The most turns between two telegrams that follow on each other, above which the turn counter is not believed.
 const MAX_TURNS: u16 = 10_000;
+/// A flipped bit takes the turn counter no farther ahead between two turns; farther ahead it is back where it was.
+const FARTHEST_AHEAD: u16 = 0x8001;
 /// The period assumed where the telegram states no frequency, seconds.
 const FALLBACK_PERIOD_S: f64 = 0.02;
 
@@ -38,6 +40,8 @@ pub struct Counting {
     pub restarts: u64,
     /// Of these, such behind which the telegram counter did not go on.
     counted_anew: u64,
+    /// Telegrams that follow on the one before by their counter and their clock, and not by their counter of turns: bits were changed on the way.
+    pub contradicting: u64,
     /// Telegrams whose device clock stood still.
     pub untimed: u64,
     /// Those of them for which no frequency is known either: how long they took is unknown.
@@ -143,10 +147,18 @@ impl Counting {
             return self.restart(scan, last);
         }
         let steps = counter.wrapping_sub(last.counter);
-        self.turns.add(steps, scan.scan_counter.wrapping_sub(last.turn));
         let clock_us = time_us.wrapping_sub(last.time_us) as i32;
         let frequency_hz = self.nominal_hz(scan);
         let nominal_s = nominal_period_s(frequency_hz);
+        let turns = scan.scan_counter.wrapping_sub(last.turn);
+        // A turn that was made took its time.
+        let had_time = clock_us == 0
+            || f64::from(turns) * nominal_s <= f64::from(clock_us) * 1e-6 * GAP_TOLERANCE + nominal_s;
+        if had_time {
+            self.turns.add(steps, turns);
+        } else {
+            self.contradicting += u64::from(steps == 1 && clock_us > 0 && turns <= FARTHEST_AHEAD);
+        }
         if let Some(turn) = self.behind(scan, last, nominal_s) {
             return turn;
         }
@@ -341,8 +353,10 @@ mod tests {
     /// Counters of telegrams and of turns.
     fn left_out(readings: &[(u16, u16)]) -> u64 {
         let mut counting = Counting::default();
-        for (place, (counter, turn)) in readings.iter().enumerate() {
-            counting.observe(&Scan { scan_counter: *turn, ..scan(*counter, 20_000 * place as u32) });
+        for (counter, turn) in readings {
+            let first = readings.first().map_or(0, |(_, turn)| *turn);
+            let time_us = 20_000 * u32::from(turn.wrapping_sub(first));
+            counting.observe(&Scan { scan_counter: *turn, ..scan(*counter, time_us) });
         }
         counting.turns_left_out()
     }
@@ -356,6 +370,26 @@ mod tests {
         assert_eq!(left_out(&[(0, 0), (1, 1), (4, 4), (5, 5)]), 0, "lost telegrams are another thing");
         assert_eq!(left_out(&[(0, 65_534), (1, 65_535), (2, 1), (3, 2)]), 1, "through the wrap");
         assert_eq!(left_out(&[(0, 0), (1, 0), (2, 0)]), 0, "a device without a turn counter");
+    }
+
+    /// As of CoLa A, which has no checksum.
+    #[test]
+    fn a_turn_counter_with_a_flipped_bit_is_no_turn_left_out() {
+        for bit in 0..16 {
+            let mut counting = Counting::default();
+            for place in 0..40_u16 {
+                let flipped = if place == 20 { 1 << bit } else { 0 };
+                let scan_counter = (1000 + place) ^ flipped;
+                counting.observe(&Scan { scan_counter, ..scan(place, 20_000 * u32::from(place)) });
+            }
+            // A turn more or less is within what a clock tells.
+            let found = (counting.turns_left_out(), counting.contradicting);
+            assert!(found.0 <= 2, "bit {bit}: {found:?}");
+            // The highest bit takes the counter as far ahead as back.
+            let expected = if bit == 15 { 2 } else { 1 };
+            assert!(bit < 2 || found.1 == expected, "bit {bit}: {found:?}");
+            assert_eq!((counting.lost, counting.restarts, counting.scans), (0, 0, 40), "bit {bit}");
+        }
     }
 
     fn count(readings: impl IntoIterator<Item = (u16, u32)>) -> (Counting, Vec<Turn>) {

@@ -36,6 +36,12 @@ pub trait HostSession: fmt::Debug {
         self.handle_end();
     }
 
+    /// Takes bytes of the other direction: of a tapped line, a session that listens hears what the host says. With `follows_gap` they do not follow those
+    /// before them.
+    fn overhear(&mut self, bytes: &[u8], follows_gap: bool) {
+        let _ = (bytes, follows_gap);
+    }
+
     /// Tells the session the time.
     fn handle_timeout(&mut self, now: Duration);
 

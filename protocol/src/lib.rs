@@ -57,7 +57,9 @@ extern crate std;
 pub mod angle;
 pub mod calendar;
 pub mod counting;
+pub mod echo;
 pub mod optics;
+pub mod plural;
 pub mod random;
 pub mod rig;
 pub mod scan;
@@ -78,6 +80,8 @@ pub mod compact;
 pub mod device;
 #[cfg(feature = "telegrams")]
 pub mod frame;
+#[cfg(feature = "telegrams")]
+pub mod heard_echo;
 #[cfg(feature = "telegrams")]
 pub mod host;
 #[cfg(feature = "telegrams")]

@@ -14,6 +14,7 @@ mod remission;
 mod roof;
 mod version;
 
+pub use crate::echo::EchoChoice;
 pub use apart::Apart;
 pub use attitude::{Attitude, Axes};
 pub use remission::{CardReading, RemissionReading};
@@ -232,18 +233,6 @@ pub struct Mount {
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
     #[cfg_attr(feature = "schema", schemars(extend("default" = 0.0)))]
     pub min_share_sd: f64,
-}
-
-/// One echo of a beam.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum EchoChoice {
-    /// The first.
-    First,
-    /// The last.
-    Last,
 }
 
 impl Default for Mount {

@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 
 use crate::angle::BeamGrid;
+use crate::echo::EchoChoice;
 use crate::validity::DeviceStatus;
 
 /// The range of a beam that came back without an echo. Misses are data: a canopy estimate without them is biased.
@@ -55,6 +56,8 @@ pub struct Scan {
     pub beams: BeamGrid,
     /// One entry an echo, first echo first. Never empty in a decoded scan.
     pub echoes: Vec<Echo>,
+    /// Which echo the first of them is, where what was said to the device, and answered, tells; a telegram alone does not.
+    pub echo: Option<EchoChoice>,
     /// Encoder readings, empty unless configured.
     pub encoders: Vec<EncoderReading>,
     /// The device's name, empty unless configured.

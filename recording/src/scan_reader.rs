@@ -34,9 +34,11 @@ impl ScanReader {
         }
     }
 
-    /// Takes a packet of the stream that came at `at`, any epoch. Packets from the host are ignored.
+    /// Takes a packet of the stream that came at `at`, any epoch. What the host asked for is heard: it tells which echo the scans behind it hold
+    /// ([`Scan::echo`]).
     pub fn push(&mut self, at: Duration, packet: &Packet) {
         if packet.from == Some(Side::Host) {
+            self.0.overhear(&packet.bytes, packet.joint != Joint::Seamless);
             return;
         }
         if packet.joint != Joint::Seamless {

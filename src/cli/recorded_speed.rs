@@ -7,6 +7,7 @@ use std::time::Duration;
 use rowscan_bus::frame::{CanFrame, J1939Id};
 use rowscan_bus::nmea::SpeedReader;
 use rowscan_bus::pgn::tractor;
+use rowscan_canopy::AdvanceSource;
 use rowscan_driver::Source;
 use rowscan_protocol::nmea::NmeaLines;
 use rowscan_recording::{Packet, ReadError, StreamKind};
@@ -41,6 +42,18 @@ impl RecordedSpeed {
             )));
         }
         Ok(Some(speed))
+    }
+
+    /// What a file holds of the ground speed: on its bus, else by its receiver; none if it holds neither.
+    pub(super) fn found_in(path: &Path) -> Result<Option<(AdvanceSource, Self)>, ReadError> {
+        for (kind, source) in [(StreamKind::Can, AdvanceSource::Can), (StreamKind::Nmea, AdvanceSource::Gnss)]
+        {
+            let speed = Self::read(path, kind)?;
+            if speed.told.iter().any(|(_, speed)| speed.is_some()) {
+                return Ok(Some((source, speed)));
+            }
+        }
+        Ok(None)
     }
 
     fn read(path: &Path, kind: StreamKind) -> Result<Self, ReadError> {

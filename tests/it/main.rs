@@ -69,12 +69,15 @@ mod proxy;
 mod pty;
 mod record;
 mod record_lms2xx;
+mod recorded_echo;
 mod recordings;
 mod reference;
 mod replay;
 mod replay_lines;
+mod replayed_faults;
 mod replayed_polls;
 mod replayed_requests;
+mod replayed_settings;
 mod roofs;
 #[cfg(feature = "tables")]
 mod scans;

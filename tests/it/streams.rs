@@ -156,7 +156,7 @@ async fn play<S: Future<Output = ()>>(
                 let model = model_of(&survey, part, None).expect("told by its beams");
                 let config =
                     EmulatorConfig { time_scale: scale, taps: taps.clone(), ..EmulatorConfig::default() };
-                let device = device_of(part, model);
+                let device = device_of(part, model, None);
                 let mut emulator = Emulator::replay(device, part, false, Arc::clone(&clock), config);
                 let outlet = Outlet::scanner(&emulator, true);
                 take(&mut emulator).await;

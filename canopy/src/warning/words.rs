@@ -3,6 +3,7 @@
 use std::fmt;
 
 use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::plural::plural;
 
 use super::Warning;
 use crate::class::ClassKey;
@@ -65,8 +66,8 @@ impl fmt::Display for Warning {
                 "only {read} of {hits} hits have a remission: the leaf area is by contact; record with remission, or leave rig.scanner.remission out"
             ),
             Self::EchoUnknown => f.write_str(
-                "the recording does not say which echo its scans hold, and this model may send the last one: leaf areas are withheld; say which it was \
-                 with --echo first, --echo last or the mount's echo",
+                "nobody knows which echo the scans hold: the recording does not say it and this model may send the last one, the scanner refused to tell it, or \
+                 it was changed on the way; leaf areas are withheld; where it is one echo, say which it was with --echo first, --echo last or the mount's echo",
             ),
             Self::ClassMismatch { key, expected, found } => {
                 write!(f, "the calibration's {key} is {expected}, this is {found}")
@@ -91,7 +92,8 @@ impl fmt::Display for Warning {
                 if *refused { ": withheld" } else { "" }
             ),
             Self::TreesRefused { estimator, trees } => {
-                write!(f, "{trees} trees lie far outside the range {estimator} was fitted on: withheld")
+                let trees = plural((*trees).into(), "tree lies", "trees lie");
+                write!(f, "{trees} far outside the range {estimator} was fitted on: withheld")
             }
             Self::MostlyWood { leaf } => write!(
                 f,
@@ -108,17 +110,20 @@ impl fmt::Display for Warning {
                 "{length_m:.2} m of row were passed in reverse, behind the first scan: lines count from there on ahead only, so start at the row's beginning"
             ),
             Self::GapsNotFilled { gaps, length_m } => {
-                write!(f, "{gaps} gaps in the scan lines, {length_m:.2} m of row not scanned")
+                let gaps = plural(*gaps, "gap", "gaps");
+                write!(f, "{gaps} in the scan lines, {length_m:.2} m of row not scanned")
             }
             Self::Restarts { restarts } => {
                 write!(
                     f,
-                    "{restarts} restarts or jumps of the device's clock or counter: how many scans were lost meanwhile, and the way driven, are unknown; the way goes by the \
-                     speed before and the time that the host counted, where it counted one"
+                    "{} of the device's clock or counter: how many scans were lost meanwhile, and the way driven, are unknown; the way goes by the \
+                     speed before and the time that the host counted, where it counted one",
+                    plural(*restarts, "restart or jump", "restarts or jumps")
                 )
             }
             Self::NoDeviceClock { scans } => {
-                write!(f, "the device clock stood still for {scans} scans; they are timed by the nominal frequency")
+                let scans = plural(*scans, "scan", "scans");
+                write!(f, "the device clock stood still for {scans}: timed by the nominal frequency")
             }
             Self::BrokenOff { place } => {
                 write!(f, "the recording is {place}; the estimate is of the scans that can be read, however much of the row they show")
@@ -147,6 +152,13 @@ impl fmt::Display for Warning {
                     ),
                 }
             }
+            Self::OtherEcho { told, given } => write!(
+                f,
+                "the scanner was set to send the {} echo, which decides; the rig says {}; set the mount's `echo` to \"{}\"",
+                told.name(),
+                given.name(),
+                told.name()
+            ),
             Self::Setting(note) => write!(f, "{note}"),
             Self::OtherModel { taken_for, found } => {
                 let listed = |name: fn(AnyModel) -> &'static str| {
@@ -161,26 +173,40 @@ impl fmt::Display for Warning {
                 )
             }
             Self::Unreadable { fault, telegrams } => {
-                write!(f, "{telegrams} scan telegrams gave no scan ({}); of the first, {fault}", fault.code())
+                let telegrams = plural(*telegrams, "scan telegram", "scan telegrams");
+                write!(f, "{telegrams} gave no scan ({}); of the first, {fault}", fault.code())
             }
             Self::Excluded { why: Exclusion::OtherLayer, scans } => {
-                write!(f, "{scans} scans are of inclined layers and were left out: the estimate is of the level layer (within 1°) alone, and is none where ScanLayerFilter or LFPlayerFilter switches that off")
+                let scans = plural(*scans, "scan is of an inclined layer and was", "scans are of inclined layers and were");
+                write!(f, "{scans} left out: the estimate is of the level layer (within 1°) alone, and is none where ScanLayerFilter or LFPlayerFilter switches that off")
             }
-            Self::Excluded { why, scans } => write!(f, "{scans} scans were left out: {}, {}", why.code(), why.reason()),
+            Self::Excluded { why, scans } => {
+                let scans = plural(*scans, "scan was", "scans were");
+                write!(f, "{scans} left out: {}, {}", why.code(), why.reason())
+            }
             Self::TurnsLeftOut { turns, of } => write!(
                 f,
-                "the scanner left out {turns} of {of} turns of its mirror; a virtual scanner does so where its machine is too slow for real time: let it run \
-                 slower (--time-scale 0.5), or as fast as it can (--time-scale max)"
+                "the scanner left out {turns} of {} of its mirror; a virtual scanner does so where its machine is too slow for real time: let it run \
+                 slower (--time-scale 0.5), or as fast as it can (--time-scale max)",
+                plural(*of, "turn", "turns")
+            ),
+            Self::CountersContradict { scans } => write!(
+                f,
+                "in {} the counter of turns went on otherwise than the telegrams' counter and the device's clock: bits were changed on the way. CoLa A has no \
+                 checksum that would tell, so ranges may be changed, too: take CoLa B, or mend the line",
+                plural(*scans, "scan", "scans")
             ),
             Self::SegmentsLost { segments, share } => write!(
                 f,
-                "{segments} segments of scans were lost on their way, {:.1} % of all: nothing is known of their beams. Where scans came without them, impacted areas \
+                "{} lost on the way, {:.1} % of all: nothing is known of their beams. Where scans came without them, impacted areas \
                  are too small by about as much, and leaf areas go by the beams that came; where it is the same segment of every scan, leaf areas are too small, \
                  too. Look for a slow network, a busy host, or a segment that nothing lets through",
+                plural(*segments, "segment of a scan was", "segments of scans were"),
                 100.0 * share
             ),
             Self::ContaminationWarning { scans } => {
-                write!(f, "the device warns of a dirty window in {scans} scans; they were used: clean the window")
+                let scans = plural(*scans, "scan, which was", "scans, which were");
+                write!(f, "the device warns of a dirty window in {scans} used: clean the window")
             }
             Self::TooMuchExcluded { share, limit } => write!(
                 f,
@@ -190,12 +216,14 @@ impl fmt::Display for Warning {
             ),
             Self::EncoderStood { lines } => write!(
                 f,
-                "the encoder stood still in all {lines} scans, so the rig's speed was taken; if the tractor stood, take --advance encoder"
+                "the encoder stood still in all {}, so the rig's speed was taken; if the tractor stood, take --advance encoder",
+                plural(*lines, "scan", "scans")
             ),
             Self::Stood { scans } => write!(
                 f,
-                "the tractor stood in all {scans} scans, so nothing was driven past and areas are unknown; if it drove, mend what its way is taken from, or take \
-                 another source with --advance"
+                "the tractor stood in all {}, so nothing was driven past and areas are unknown; if it drove, mend what its way is taken from, or take \
+                 another source with --advance",
+                plural(*scans, "scan", "scans")
             ),
             Self::UnknownBeams { share, limit } => write!(
                 f,
@@ -224,8 +252,9 @@ impl fmt::Display for Warning {
             }
             Self::EncoderJumped { times } => write!(
                 f,
-                "the encoder's count jumped {times} times as no tractor drives (over 10 m/s), and the scanner went on: it was set anew, has fewer bits, or was \
-                 read wrongly; the way of those turns is by the speed before"
+                "the encoder's count jumped {} as no tractor drives (over 10 m/s), and the scanner went on: it was set anew, has fewer bits, or was \
+                 read wrongly; the way of those turns is by the speed before",
+                plural(*times, "time", "times")
             ),
             Self::SidesShifted { shift_m } => write!(
                 f,
@@ -241,8 +270,9 @@ impl fmt::Display for Warning {
                 let none = if *has_encoder { "" } else { " (this scanner's model tells no encoder's count)" };
                 write!(
                     f,
-                    "the rig has an encoder (a scene's has one by default), and {scans} scans have no reading of it{none}: the way is by the rig's constant {speed_m_s} m/s. If the tractor drove \
-                     otherwise, take --advance gnss or can; "
+                    "the rig has an encoder (a scene's has one by default), and {} no reading of it{none}: the way is by the rig's constant {speed_m_s} m/s. If the tractor drove \
+                     otherwise, take --advance gnss or can; ",
+                    plural(*scans, "scan has", "scans have")
                 )?;
                 if *has_encoder {
                     f.write_str(
@@ -254,12 +284,14 @@ impl fmt::Display for Warning {
             }
             Self::NoEncoder { scans } => write!(
                 f,
-                "{scans} scans have no reading of the encoder (the rig needs encoder_ticks_per_m, the scanner LICencset): areas are withheld"
+                "{} no reading of the encoder (the rig needs encoder_ticks_per_m, the scanner LICencset): areas are withheld",
+                plural(*scans, "scan has", "scans have")
             ),
             Self::NothingValid => f.write_str("no valid scan came: areas are unknown"),
             Self::NoTime { scans } => write!(
                 f,
-                "{scans} scans come without times, and nothing tells their rate: it is unknown, and with it the way; give it with --hertz"
+                "{} without times, and nothing tells their rate: it is unknown, and with it the way; give it with --hertz",
+                plural(*scans, "scan comes", "scans come")
             ),
             Self::SpeedHeld { seconds } => {
                 write!(f, "the ground speed was lost for {seconds:.1} s; the last one known was held")
@@ -299,8 +331,9 @@ impl fmt::Display for Warning {
             }
             Self::TooFewBlocks { blocks, expected } => write!(
                 f,
-                "the scans hold {blocks} pieces of 2 m of row, and it takes {expected} to tell how sure a band of height is: bands have no interval; scan a longer \
-                 row"
+                "the scans hold {} of 2 m of row, and it takes {expected} to tell how sure a band of height is: bands have no interval; scan a longer \
+                 row",
+                plural(*blocks as u64, "piece", "pieces")
             ),
         }
     }

@@ -162,7 +162,7 @@ fn a_long_gap_is_left_out_and_said() {
     assert!((found.scanned_m.unwrap() - (6.02 - 96.0 * 0.02)).abs() < 1e-9);
     assert!((found.advance_m.unwrap() - 6.0).abs() < 1e-9);
     let gap = found.warnings.iter().find(|w| w.code() == "gaps_not_filled").unwrap();
-    assert!(gap.to_string().contains("1 gaps") && gap.to_string().contains("1.92 m"), "{gap}");
+    assert!(gap.to_string().contains("1 gap in") && gap.to_string().contains("1.92 m"), "{gap}");
     // Lines 100..200 are y = 2..4: trees 1 and 2 are not whole, tree 0 and 3 are.
     assert_eq!(found.trees.iter().map(|t| t.complete).collect::<Vec<_>>(), [true, false, false, true, false]);
 }

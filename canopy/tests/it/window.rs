@@ -202,3 +202,42 @@ fn a_scanner_that_refuses_the_echo_and_sends_the_last_by_itself_tells_no_leaf_ar
         assert_eq!(pipeline.finish().warnings.iter().any(|w| w.code() == "echo_unknown"), withheld.is_some());
     }
 }
+
+/// Scans that tell their echo are measured as by a rig that says the same, whatever it says; once they tell another, nothing is known.
+#[test]
+fn the_echo_that_scans_tell_decides_to_the_last_bit() {
+    use rowscan_canopy::estimator::TABLE;
+    let mut rig = orchard_rig();
+    rig.optics = Some(BeamWidth::Device);
+    let all = TABLE.iter().collect::<Vec<_>>();
+    let measured = |believed: Option<EchoChoice>, told: &[Option<EchoChoice>]| {
+        let optics = AnyModel::by_name("lms511").unwrap().optics();
+        let footprint = Footprint { echo: believed, ..Footprint::of(optics, LeafShape::default()) };
+        let parameters = Parameters { footprint: Some(footprint), ..Parameters::default() };
+        let pipeline = Pipeline::with_parameters(Some(&rig), 0, None, parameters).unwrap();
+        let mut pipeline = pipeline.with_estimators(&all).with_profile(0.5).unwrap();
+        let scans = drive(&rig, lms111(), 50, LINES, crowns);
+        let half = scans.len().div_ceil(told.len());
+        for (number, mut scan) in scans.into_iter().enumerate() {
+            scan.echo = told[number / half];
+            pipeline.push(&scan);
+        }
+        let estimate = pipeline.finish();
+        let measures: Vec<_> =
+            estimate.measures.iter().map(|measure| measure.value.map(f64::to_bits)).collect();
+        (estimate.leaf.areas.best_m2().map(f64::to_bits), measures)
+    };
+    let (first, last) = (Some(EchoChoice::First), Some(EchoChoice::Last));
+    for echo in [first, last] {
+        let by_rig = measured(echo, &[None]);
+        assert!(by_rig.0.is_ok());
+        for believed in [None, first, last] {
+            assert_eq!(measured(believed, &[echo]), by_rig, "{believed:?}, told {echo:?}");
+        }
+    }
+    assert_ne!(measured(first, &[None]).0, measured(last, &[None]).0, "both echoes measure the same");
+    for told in [[first, last], [last, first], [first, None], [None, last]] {
+        assert_eq!(measured(first, &told).0, Err(Withheld::EchoUnknown), "{told:?}");
+    }
+    assert_eq!(measured(first, &[None, first]), measured(first, &[None]));
+}

@@ -2,7 +2,9 @@
 
 use rowscan_protocol::device::{Device, Identity};
 use rowscan_protocol::model::{Model, SEGMENTED};
+use rowscan_protocol::rig::Rig;
 
+use super::echo::echo_of;
 use super::{Part, ReplayError, Survey};
 
 /// The scanner of recorded datagrams: the model asked for, the one that the recording tells, or the first one that has such turns.
@@ -29,11 +31,12 @@ pub fn compact_model_of(
     })
 }
 
-/// The device that answers in the place of the recorded one, set as that was.
-pub fn compact_device_of(part: &Part, model: &'static Model) -> Device {
+/// The device that answers in the place of the recorded one, set as that was. Which echo its turns hold, where it is one, nothing but `rig` tells: it was asked
+/// for over another interface.
+pub fn compact_device_of(part: &Part, model: &'static Model, rig: Option<&Rig>) -> Device {
     let mut device = Device::new(model, Identity::of(model, 0));
     if let (Some(scan), Some(mode)) = (&part.compact.first, part.compact.mode(model)) {
-        device.play_back_turns(scan.serial_number, mode, scan.echoes.len());
+        device.play_back_turns(scan.serial_number, mode, scan.echoes.len(), rig.and_then(echo_of));
     }
     device
 }

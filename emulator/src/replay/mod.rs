@@ -6,6 +6,7 @@
 
 mod compact;
 mod compact_device;
+mod echo;
 mod lms2xx_device;
 mod playback;
 mod playhead;
@@ -20,10 +21,12 @@ use std::path::{Path, PathBuf};
 
 use rowscan_protocol::device::{Device, Identity};
 use rowscan_protocol::model::{self, Model};
+use rowscan_protocol::rig::Rig;
 use rowscan_recording::ReadError;
 
 pub use compact::CompactPart;
 pub use compact_device::{compact_device_of, compact_model_of};
+pub use echo::ToldEcho;
 pub use lms2xx_device::{lms2xx_device_of, lms2xx_model_of};
 pub(crate) use playback::PlaybackEvent;
 pub use playback::{Playback, Played};
@@ -116,11 +119,12 @@ pub fn model_of(
     }
 }
 
-/// The device that answers what was not recorded, set as the recorded one was.
-pub fn device_of(part: &Part, model: &'static Model) -> Device {
+/// The device that answers what was not recorded, set as the recorded one was. Where the recording does not tell which echo its scans hold, `rig` may.
+pub fn device_of(part: &Part, model: &'static Model, rig: Option<&Rig>) -> Device {
     let mut device = Device::new(model, Identity::of(model, 0));
     let values = part.script.values();
-    device.play_back(part.first_scan.as_ref().unwrap_or(&Default::default()), values);
+    let echo = echo::code_of(part.told_echo(), model, rig);
+    device.play_back(part.first_scan.as_ref().unwrap_or(&Default::default()), values, echo);
     // Whoever polls before it is played has a scan, as from a device that measures.
     if let Some(scan) = &part.first_scan {
         device.show_scan(scan.clone());

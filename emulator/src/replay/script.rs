@@ -24,7 +24,7 @@ type Request = (Dialect, Vec<u8>);
 #[derive(Debug, Default)]
 pub struct Script {
     answers: HashMap<Request, Vec<Vec<u8>>>,
-    /// Replies that tell a variable's value, in the order they came.
+    /// Replies that tell a variable's value, and writes that were accepted before the first scan, in the order they came.
     values: Vec<Request>,
     /// Requests without an answer so far.
     open: Vec<Request>,
@@ -35,8 +35,8 @@ pub struct Script {
 }
 
 impl Script {
-    /// Takes the next recorded frame that is no event.
-    pub(super) fn take(&mut self, frame: &RecordedFrame) {
+    /// Takes the next recorded frame that is no event. What is written after the first scan is no setting that scans were made with.
+    pub(super) fn take(&mut self, frame: &RecordedFrame, is_before_scans: bool) {
         let (Some(dialect), Some(telegram)) = (frame.dialect, frame.telegram()) else { return };
         if self.answers.len() >= MOST {
             return;
@@ -71,11 +71,14 @@ impl Script {
             }
             None => return,
         };
+        if telegram.kind == Kind::Wa && is_before_scans {
+            self.values.push(request.clone());
+        }
         self.answers.entry(request).or_default().push(frame.bytes.clone());
         self.last = Some(frame.bytes.clone());
     }
 
-    /// The recorded values (`sRA`).
+    /// The recorded values, by reply (`sRA`) or accepted write (`sWN`).
     pub fn values(&self) -> impl Iterator<Item = Telegram<'_>> {
         self.values.iter().filter_map(|(dialect, payload)| Telegram::parse(*dialect, payload).ok())
     }
@@ -126,6 +129,11 @@ impl ScriptedReplies {
             some => some,
         };
         *said += 1;
+        // What was answered before another echo was set is not true of the scans that are played.
+        let contradicts = |answer: &Vec<u8>| {
+            name == EchoFilter::NAME && !says_the_same(request.dialect, &reply.bytes, answer)
+        };
+        let answer = answer.filter(|answer| !contradicts(answer));
         if let Some(answer) = answer {
             reply.bytes.clone_from(answer);
         }
@@ -135,10 +143,25 @@ impl ScriptedReplies {
 
 /// The reason in a whole frame of `sFA`.
 fn refusal(dialect: Dialect, frame: &[u8]) -> Option<SopasError> {
+    telegram(dialect, frame)?.refusal()
+}
+
+/// The telegram in a whole frame.
+fn telegram(dialect: Dialect, frame: &[u8]) -> Option<Telegram<'_>> {
     let mut empty = Vec::new();
     encode(dialect, b"", &mut empty);
     let payload = frame.get(empty.len() - 1..frame.len().checked_sub(1)?)?;
-    Telegram::parse(dialect, payload).ok()?.refusal()
+    Telegram::parse(dialect, payload).ok()
+}
+
+/// Whether two replies about FREchoFilter are of one kind and of one value, however they are written.
+fn says_the_same(dialect: Dialect, one: &[u8], other: &[u8]) -> bool {
+    let said = |frame| {
+        let telegram: Telegram<'_> = telegram(dialect, frame)?;
+        let value = (telegram.kind == Kind::Ra).then(|| telegram.args.decode::<EchoFilter>().ok());
+        Some((telegram.kind, value))
+    };
+    said(one) == said(other)
 }
 
 /// Whether a request asks for the latest scan.
@@ -173,7 +196,7 @@ mod tests {
             frame(Side::Device, "sRA SCdevicestate 1", 201),
             frame(Side::Device, "sRA DeviceIdent 1 A 1 B", 203),
         ] {
-            script.take(&frame);
+            script.take(&frame, true);
         }
         let said = |request: &str| script.answers[&(Dialect::A, request.as_bytes().to_vec())].clone();
         let once = frame(Side::Device, "sRA SCdevicestate 1", 0).bytes;

@@ -13,6 +13,7 @@ use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Method, Telegram, Variable};
 use rowscan_recording::{About, RecordedFrame, Side, Soundness, StreamInfo, StreamKind, Torn};
 
+use super::echo::{EchoTrace, ToldEcho};
 use super::timed_frames::TimedFrames;
 use super::traces::Traces;
 use super::{CompactPart, Lms2xxPart, ReplayError, Script, unreadable};
@@ -71,6 +72,8 @@ pub struct Part {
     pub(super) passwords: Vec<u32>,
     traces: Traces,
     polls: Option<Polls>,
+    /// The echo at the scans that it sent by itself, and at those that were polled.
+    echoes: [EchoTrace; 2],
 }
 
 /// Streams that are played at an assumed rate.
@@ -138,6 +141,7 @@ impl Survey {
                     part.event(frame.at_ns, &telegram);
                 }
                 Some(telegram) => {
+                    part.echoes.iter_mut().for_each(|echo| echo.take(&telegram));
                     if frame.from == Side::Device {
                         part.reply(frame.at_ns, &telegram);
                     }
@@ -157,7 +161,7 @@ impl Survey {
                     }
                     // Nobody shares it yet.
                     if let Some(script) = Arc::get_mut(&mut part.script) {
-                        script.take(&frame);
+                        script.take(&frame, part.scans == 0);
                     }
                 }
                 None if part.kind == StreamKind::Lms2xx => part.serial_telegram(&frame),
@@ -284,6 +288,7 @@ impl Part {
             passwords: Vec::new(),
             traces: Traces::default(),
             polls: None,
+            echoes: Default::default(),
         }
     }
 
@@ -316,6 +321,7 @@ impl Part {
             return;
         }
         self.scans += 1;
+        self.echoes[0].scan();
         self.first_scan_ns.get_or_insert(at_ns);
         self.last_scan_ns = self.last_scan_ns.max(Some(at_ns));
         if self.first_scan.is_none() {
@@ -329,6 +335,13 @@ impl Part {
         let polls = self.polls.get_or_insert(Polls { first_ns: at_ns, last_ns: at_ns, scans: 0, scan });
         polls.last_ns = polls.last_ns.max(at_ns);
         polls.scans += 1;
+        self.echoes[1].scan();
+    }
+
+    /// What the conversation tells of the echo in the scans.
+    pub fn told_echo(&self) -> ToldEcho {
+        let [sent, polled] = &self.echoes;
+        if self.polled { polled.told() } else { sent.told() }
     }
 
     /// Without a scan that the device sent by itself, the polled ones are what is played. Beside others they would be the same scans again.

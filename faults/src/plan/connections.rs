@@ -3,7 +3,7 @@
 use std::task::Waker;
 use std::time::Duration;
 
-use super::{ConnectionState, Detail, Fate, Link, Medium, Plan};
+use super::{ConnectionState, Detail, Ended, Fate, Link, Medium, Plan};
 use crate::event::{Direction, What};
 use crate::fault::{Action, Cut, Door};
 use crate::instance::{Instance, Trail};
@@ -59,6 +59,37 @@ impl Plan {
                 None => *slot = Some(waker.clone()),
             }
         }
+    }
+
+    /// When something that waits to go to the connection's client may leave; none where nothing waits, or nobody knows.
+    pub(crate) fn is_due(&mut self, link: Link, at: Option<Duration>) {
+        if let Some(state) = self.connection_mut(link) {
+            state.due = at;
+        }
+    }
+
+    /// No more telegrams come on a stream.
+    pub(crate) fn end_stream(&mut self, stream: usize, ended: Ended) {
+        if let Some(state) = self.streams.get_mut(stream) {
+            state.ended = Some(ended);
+        }
+        self.wake_all();
+    }
+
+    /// True if no more telegrams come on a stream.
+    pub(crate) fn has_ended(&self, stream: usize) -> bool {
+        self.streams.get(stream).is_some_and(|state| state.ended.is_some())
+    }
+
+    /// True if what a stream holds back is lost.
+    pub(crate) fn has_lost(&self, stream: usize) -> bool {
+        self.streams.get(stream).is_some_and(|state| state.ended == Some(Ended::Lost))
+    }
+
+    /// When the first of what waits on a stream may leave.
+    pub(crate) fn first_due(&self, stream: usize) -> Option<Duration> {
+        let state = self.streams.get(stream)?;
+        state.connections.values().filter_map(|connection| connection.due).min()
     }
 
     /// The waker of the other half, if it waits.

@@ -68,6 +68,17 @@ pub(crate) struct StreamState {
     scans: u64,
     opened: u64,
     connections: BTreeMap<u64, ConnectionState>,
+    /// Its sender has ended, and what became of what it had sent.
+    ended: Option<Ended>,
+}
+
+/// What becomes of what a stream holds back when no more telegrams come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ended {
+    /// It leaves when it is due.
+    Leaves,
+    /// It is lost.
+    Lost,
 }
 
 /// One connection, as the plan knows it.
@@ -79,6 +90,8 @@ pub(crate) struct ConnectionState {
     pub(crate) fate: Fate,
     /// Of its reader and its writer.
     wakers: [Option<Waker>; 2],
+    /// When something that waits to go to the client may leave.
+    due: Option<Duration>,
 }
 
 /// What has become of a connection.
@@ -167,6 +180,7 @@ impl Plan {
             scans: 0,
             opened: 0,
             connections: BTreeMap::new(),
+            ended: None,
         });
         self.streams.len() - 1
     }

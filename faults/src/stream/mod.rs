@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
+use rowscan_ports::in_flight::InFlight;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use crate::clock::Timer;
@@ -85,7 +86,7 @@ impl<S: fmt::Debug> fmt::Debug for FaultyStream<S> {
 
 impl<S> FaultyStream<S> {
     pub(crate) fn new(faults: StreamFaults, inner: S, on_reset: fn(&S)) -> Self {
-        let language = faults.language();
+        let (language, held) = (faults.language(), faults.held().clone());
         let clock = Arc::clone(&faults.shared.clock);
         let mut plan = faults.shared.plan();
         let link = Link { stream: faults.stream, connection: plan.open(faults.stream, clock.now()) };
@@ -95,8 +96,8 @@ impl<S> FaultyStream<S> {
         Self {
             inner,
             entry: Entry { faults, link },
-            out: Lane::new(link, language, Direction::ToClient, flushes),
-            back: Lane::new(link, language, Direction::ToDevice, flushes),
+            out: Lane::new(link, language, Direction::ToClient, (flushes, held)),
+            back: Lane::new(link, language, Direction::ToDevice, (flushes, InFlight::default())),
             timers: [Timer::new(Arc::clone(&clock)), Timer::new(clock)],
             looked: Duration::ZERO,
             on_reset,
@@ -133,12 +134,13 @@ impl<S> FaultyStream<S> {
         self.back.tick(now, &mut plan);
         plan.waits(self.entry.link, half, cx.waker());
         let fate = plan.fate(self.entry.link);
+        let is_lost = fate.dead[Direction::ToClient.index()] || plan.has_lost(self.entry.link.stream);
         let changed = plan.changes != changes;
         drop(plan);
         if changed {
             shared.spread();
         }
-        if fate.dead[Direction::ToClient.index()] {
+        if is_lost {
             self.out.lose();
         }
         if fate.reset {
@@ -158,8 +160,9 @@ impl<S> FaultyStream<S> {
     fn poll_due(&mut self, cx: &mut Context<'_>, half: usize) -> Poll<()> {
         let shared = &self.entry.faults.shared;
         let (looked, link) = (self.looked, self.entry.link);
-        let plan = shared.plan();
+        let mut plan = shared.plan();
         let out = self.out.next_due(plan.holds(link, Direction::ToClient));
+        plan.is_due(link, out);
         let back = self.back.next_due(plan.holds(link, Direction::ToDevice));
         let script = plan.next_due(looked);
         drop(plan);

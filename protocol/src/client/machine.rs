@@ -8,6 +8,7 @@ use core::time::Duration;
 use super::config::ColaConfig;
 use super::step::{Plan, STOP, Step, start_up};
 use crate::frame::{Dialect, Frame};
+use crate::heard_echo::{HeardEcho, first_sent};
 use crate::host::{DeviceInfo, HostEvent, Language};
 use crate::reading::Reading;
 use crate::scan::Scan;
@@ -50,6 +51,8 @@ pub(super) struct Machine {
     asked_again: bool,
     transmits: VecDeque<Vec<u8>>,
     events: VecDeque<HostEvent>,
+    /// Of a client that only listens: which echo others have asked for.
+    heard: HeardEcho,
     telegram: LmdScandata,
     scan: Scan,
 }
@@ -76,6 +79,7 @@ impl Machine {
             asked_again: false,
             transmits: VecDeque::new(),
             events: VecDeque::new(),
+            heard: HeardEcho::default(),
             telegram: LmdScandata::default(),
             scan: Scan::default(),
         }
@@ -146,6 +150,23 @@ impl Machine {
         }
     }
 
+    /// Hears what the host says on a tapped line.
+    pub(super) fn hear(&mut self, frame: &Frame<'_>) {
+        if let Ok(telegram) = Telegram::parse(frame.dialect, frame.payload) {
+            self.heard.take(&telegram);
+        }
+    }
+
+    /// Bytes are missing.
+    pub(super) fn forget_requests(&mut self) {
+        self.heard.forget_requests();
+    }
+
+    /// The code of FREchoFilter in force, if it is known.
+    fn echo_code(&self) -> Option<u8> {
+        if self.phase == Phase::Listening { self.heard.code() } else { self.plan.echo_filter }
+    }
+
     pub(super) fn handle_frame(&mut self, frame: &Frame<'_>) {
         // A good frame that is no telegram is somebody else's.
         let Ok(telegram) = Telegram::parse(frame.dialect, frame.payload) else { return };
@@ -154,6 +175,9 @@ impl Machine {
             Phase::Stopping => Some(STOP),
             Phase::Streaming | Phase::Listening | Phase::Done => None,
         };
+        if self.phase == Phase::Listening {
+            self.heard.take(&telegram);
+        }
         let is_scan = is_scan(&telegram);
         if is_scan && !matches!(self.phase, Phase::Starting(_) | Phase::Done) {
             self.take_scan(telegram.args);
@@ -181,12 +205,15 @@ impl Machine {
     }
 
     fn take_scan(&mut self, args: Args<'_>) {
+        let code = self.echo_code();
         let Self { telegram, scan, .. } = self;
         let taken =
             args.decode_into(telegram).map_err(|error| ScanFault::Fields { reason: error.to_string() });
         match taken.and_then(|()| telegram.to_scan_into(scan)) {
             Ok(()) => {
                 scan.received = self.now;
+                // A mask that leaves the first echo out leaves another one at its place.
+                scan.echo = code.filter(|_| telegram.begins_with_first()).and_then(first_sent);
                 self.events.push_back(HostEvent::Scan);
             }
             Err(fault) => self.events.push_back(HostEvent::Malformed { fault }),

@@ -20,6 +20,8 @@ use crate::telegram::LmdScandata;
 #[derive(Clone, Debug)]
 pub struct ColaClient {
     decoder: FrameDecoder,
+    /// Of a client that only listens: frames of the host, where its bytes come apart from the scanner's.
+    overheard: Option<FrameDecoder>,
     machine: Machine,
 }
 
@@ -27,12 +29,13 @@ impl ColaClient {
     /// A client that sets the scanner up, subscribes to its scans, and goes on decoding them.
     pub fn new(config: ColaConfig, dialect: Dialect) -> Self {
         let decoder = FrameDecoder::new(Accept::Only(dialect), config.max_payload);
-        Self { decoder, machine: Machine::start(config, dialect) }
+        Self { decoder, overheard: None, machine: Machine::start(config, dialect) }
     }
 
     /// A client that only listens: to a recording, or a tapped line, in either dialect, with one side's frames or both sides'.
     pub fn listen(max_payload: usize) -> Self {
-        Self { decoder: FrameDecoder::new(Accept::Either, max_payload), machine: Machine::listen() }
+        let decoder = || FrameDecoder::new(Accept::Either, max_payload);
+        Self { decoder: decoder(), overheard: Some(decoder()), machine: Machine::listen() }
     }
 
     /// The telegram that the last scan came from.
@@ -59,6 +62,23 @@ impl HostSession for ColaClient {
     fn handle_end(&mut self) {
         self.decoder.finish();
         self.advance();
+    }
+
+    fn handle_gap(&mut self) {
+        self.handle_end();
+        self.machine.forget_requests();
+    }
+
+    /// A request is heard once it is whole, before the scanner's next bytes.
+    fn overhear(&mut self, bytes: &[u8], follows_gap: bool) {
+        let Some(decoder) = &mut self.overheard else { return };
+        if follows_gap {
+            decoder.finish();
+        }
+        decoder.push(bytes);
+        while let Some(frame) = decoder.next_frame() {
+            self.machine.hear(&frame);
+        }
     }
 
     fn handle_timeout(&mut self, now: Duration) {

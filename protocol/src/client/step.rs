@@ -54,7 +54,9 @@ static CONTENTS: &[Step] = &[
     write::<IncrementSource>(set_increments).only_if(wants_encoder),
     write::<EncoderResolution>(set_encoder_resolution).only_if(wants_encoder),
     read::<EchoFilter>(take_echo_filter).only_if(may_have_echo_filter).where_known(),
-    write::<EchoFilter>(set_echo_filter).only_if(wants_echo_filter).where_known(),
+    Step { take: take_written_echo, ..write::<EchoFilter>(set_echo_filter) }
+        .only_if(wants_echo_filter)
+        .where_known(),
     write::<ScanDataConfig>(set_scan_data),
     call::<StartMeasurement>(|_, dialect, out| ask::<StartMeasurement>(dialect, out), take_accepted).slow(),
     call::<Run>(|_, dialect, out| ask::<Run>(dialect, out), take_yes),
@@ -97,7 +99,7 @@ pub(super) struct Plan {
     pub(super) output_step: u32,
     /// The telegram that puts the leftover right which was read last.
     pub(super) put_right: Option<Vec<u8>>,
-    /// The code of the echo filter, once it was read.
+    /// The code of the echo filter, once it was read, or another was written.
     pub(super) echo_filter: Option<u8>,
 }
 
@@ -302,6 +304,11 @@ fn wants_echo_filter(plan: &Plan) -> bool {
 
 fn take_echo_filter(plan: &mut Plan, args: Args<'_>) -> Result<(), SopasError> {
     plan.echo_filter = Some(value::<EchoFilter>(args)?.code);
+    Ok(())
+}
+
+fn take_written_echo(plan: &mut Plan, _: Args<'_>) -> Result<(), SopasError> {
+    plan.echo_filter = echo_code(&plan.config);
     Ok(())
 }
 

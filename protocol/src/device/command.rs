@@ -32,8 +32,8 @@ pub static COMMANDS: &[Command] = &[
     variable::<eihst_cola::HostDialect>().saved(),
     variable::<lmd_scandatacfg::ScanDataConfig>().saved().replayed(),
     variable::<lmp_output_range::OutputRange>().saved(),
-    variable::<fr_echo_filter::EchoFilter>().saved().replayed(),
-    variable::<scan_layer_filter::ScanLayerFilter>().saved(),
+    variable::<fr_echo_filter::EchoFilter>().readable(read_echo_filter).saved().replayed(),
+    variable::<scan_layer_filter::ScanLayerFilter>().saved().replayed(),
     variable::<lfp_filter::MeanFilter>().saved().replayed(),
     variable::<lfp_filter::MedianFilter>().saved().replayed(),
     variable::<lfp_filter::ParticleFilter>().saved().replayed(),
@@ -265,6 +265,15 @@ fn visit_reply<M: Method>(args: Args<'_>, visitor: &mut dyn Visitor) -> Result<(
         true => reply.visit(visitor),
         false => one_field(visitor, "result", |visitor| reply.visit(visitor)),
     })
+}
+
+/// A replayed device whose recording does not tell says so.
+fn read_echo_filter(context: &Context<'_>, writer: &mut Writer<'_>) -> Result<(), SopasError> {
+    if context.device.lacks_the_echo() {
+        return Err(Fault::EchoNotRecorded.into());
+    }
+    fr_echo_filter::EchoFilter::get(context).write(writer);
+    Ok(())
 }
 
 fn read_last_scan(context: &Context<'_>, writer: &mut Writer<'_>) -> Result<(), SopasError> {

@@ -28,6 +28,7 @@ mod measured;
 mod options;
 mod playback;
 mod random;
+mod recorded;
 mod refusal;
 mod remote;
 mod seen;

@@ -2,42 +2,62 @@
 
 use crate::angle::BeamGrid;
 use crate::frame::Dialect;
-use crate::model::{Model, ScanMode};
+use crate::model::ScanMode;
+use crate::rig::EchoChoice;
 use crate::telegram::fr_echo_filter;
 use crate::telegram::lmd_scandata::ANGLES;
 use crate::telegram::lmd_scandatacfg::{
     ANGLE_TABLE, REMISSION, REMISSION_8_BIT, REMISSION_16_BIT, ScanDataConfig,
 };
 use crate::telegram::wire::LowHigh;
-use crate::telegram::{Channel, Kind, LmdScandata, SopasError, Telegram};
+use crate::telegram::{Channel, Kind, LmdScandata, SopasError, Telegram, Variable};
 use crate::time::SimTime;
 
 use super::access::Access;
 use super::answer::write_saved;
 use super::command::by_name;
 use super::context::Context;
+use super::recorded::{Echo, Recorded};
 use super::refusal::Fault;
 use super::settings::{OutputCut, Settings};
 use super::state::Device;
 
 impl Device {
     /// Becomes the device that sent `scan`: serial number, scan mode, range and contents are the scan's, other settings those of the recorded
-    /// replies `values` (`sRA`), as far as this model takes them.
+    /// replies and of the writes that were accepted, `values` (`sRA`, `sWN`) in their order, as far as this model takes them. `echo` is the code of
+    /// FREchoFilter that the scans were made with; without one it can be neither read nor written ([`Fault::EchoNotRecorded`]), unless scans of several echoes
+    /// tell it.
     ///
     /// Afterwards its scans and events come from the recording. A setting that wants what the recorded scans do not have is refused
     /// ([`Fault::FixedByRecording`]); one that wants less is taken, and scans are [cut to measure](Self::cut_to_measure). It sends no events of its own.
-    pub fn play_back<'a>(&mut self, scan: &LmdScandata, values: impl IntoIterator<Item = Telegram<'a>>) {
+    pub fn play_back<'a>(
+        &mut self,
+        scan: &LmdScandata,
+        values: impl IntoIterator<Item = Telegram<'a>>,
+        echo: Option<u8>,
+    ) {
         self.recorded = None;
+        let mut asked = None;
         for Telegram { kind, name, args } in values {
-            if kind == Kind::Ra && by_name(name).is_some_and(|command| command.is_replayed) {
+            if matches!(kind, Kind::Ra | Kind::Wn) && by_name(name).is_some_and(|command| command.is_replayed)
+            {
                 let mut access = Access::new(Dialect::B);
                 let mut context = Context { device: self, access: &mut access, now: SimTime::ZERO };
                 // A value this model does not have is answered from the recording only.
-                let _ = write_saved(&mut context, name, args);
+                let taken = write_saved(&mut context, name, args).is_ok();
+                if taken && kind == Kind::Wn && name == ScanDataConfig::NAME {
+                    asked = Some(self.settings.scan_data.clone());
+                }
             }
         }
         self.identity.serial_number = scan.serial_number;
         self.settings.scan_data = contents(scan, &self.settings.scan_data);
+        let has_several = self.settings.scan_data.channels.0.count_ones() > 1;
+        let echo = if has_several { Some(fr_echo_filter::ALL) } else { echo };
+        if self.model.echoes > 1 {
+            self.settings.echo_filter = echo.unwrap_or(fr_echo_filter::FIRST);
+        }
+        let is_known = echo.is_some() || self.model.echoes == 1;
         if let Some(channel) = scan.channels16.first() {
             self.settings.mode = ScanMode { frequency_centihz: scan.scan_frequency, step: channel.step };
             let beams = i64::try_from(channel.values.len()).unwrap_or_default();
@@ -51,18 +71,39 @@ impl Device {
                 self.settings.output_range = cut;
             }
         }
-        self.saved = self.settings.clone();
-        self.recorded = Some(self.settings.clone());
+        self.record(asked, if is_known { Echo::Known } else { Echo::Unknown });
     }
 
     /// Becomes the device whose turns are recorded as Compact telegrams of these echoes a beam; its mode and echoes stay so, as with
-    /// [`play_back`](Self::play_back).
-    pub fn play_back_turns(&mut self, serial_number: u32, mode: ScanMode, echoes: usize) {
+    /// [`play_back`](Self::play_back). Of one echo a beam, `echo` says which it is, where that is known.
+    pub fn play_back_turns(
+        &mut self,
+        serial_number: u32,
+        mode: ScanMode,
+        echoes: usize,
+        echo: Option<EchoChoice>,
+    ) {
         self.identity.serial_number = serial_number;
         self.settings.mode = mode;
-        self.settings.echo_filter = if echoes > 1 { fr_echo_filter::ALL } else { fr_echo_filter::FIRST };
+        let (code, known) = match echo {
+            _ if echoes > 1 => (fr_echo_filter::ALL, Echo::Known),
+            Some(EchoChoice::First) => (fr_echo_filter::FIRST, Echo::Known),
+            Some(EchoChoice::Last) => (fr_echo_filter::LAST, Echo::Known),
+            None => (fr_echo_filter::FIRST, Echo::FirstOrLast),
+        };
+        self.settings.echo_filter = code;
+        self.record(None, known);
+    }
+
+    /// The settings as they are now are those of the recorded scans.
+    fn record(&mut self, asked: Option<ScanDataConfig>, echo: Echo) {
         self.saved = self.settings.clone();
-        self.recorded = Some(self.settings.clone());
+        self.recorded = Some(Recorded { sent: self.settings.clone(), asked, echo });
+    }
+
+    /// True if nothing in the recording tells which echo its scans hold.
+    pub(super) fn lacks_the_echo(&self) -> bool {
+        self.recorded.as_ref().is_some_and(|recorded| recorded.echo == Echo::Unknown)
     }
 
     /// Sets the scan that a poll (`sRN LMDscandata`) returns.
@@ -76,7 +117,7 @@ impl Device {
         let honoured = self
             .recorded
             .as_ref()
-            .is_none_or(|recorded| self.settings.are_within(recorded, self.model, self.mirror().beams));
+            .is_none_or(|recorded| recorded.honours(&self.settings, self.model, self.mirror().beams));
         if !honoured {
             self.settings = before;
             self.fixed += 1;
@@ -88,7 +129,10 @@ impl Device {
     /// True if less was asked for than the recorded scans have.
     pub fn is_cut(&self) -> bool {
         let full = self.mirror().beams;
-        let same = |recorded: &Settings| recorded.are_within(&self.settings, self.model, full);
+        let same = |recorded: &Recorded| {
+            let settings = recorded.in_terms_of_scans(&self.settings);
+            recorded.sent.are_within(&settings, self.model, recorded.echo, full)
+        };
         self.recorded.as_ref().is_some_and(|recorded| !same(recorded))
     }
 
@@ -163,59 +207,5 @@ fn contents(scan: &LmdScandata, known: &ScanDataConfig) -> ScanDataConfig {
         comment: scan.comment.is_some(),
         time: scan.time.is_some(),
         ..known.clone()
-    }
-}
-
-impl Settings {
-    /// True if scans made with `other` have all that these ask for: what is off may be set to anything.
-    fn are_within(&self, other: &Self, model: &Model, full: BeamGrid) -> bool {
-        let (asked, sent) = (&self.scan_data, &other.scan_data);
-        let echoes = self.delivered_echoes(model) & !other.delivered_echoes(model) == 0;
-        // Of all echoes, the first one is among them.
-        let filter = model.echoes == 1
-            || self.echo_filter == other.echo_filter
-            || (other.echo_filter, self.echo_filter) == (fr_echo_filter::ALL, fr_echo_filter::FIRST)
-            // Of Compact telegrams with one echo nobody can tell which it is.
-            || model.compact.is_some() && ![self.echo_filter, other.echo_filter].contains(&fr_echo_filter::ALL);
-        let layers = self.layers == other.layers;
-        let remission = asked.remission & !sent.remission == 0
-            && (asked.remission & REMISSION == 0 || asked.resolution == sent.resolution);
-        let encoders = asked.encoders.0 & !sent.encoders.0 == 0
-            && (asked.encoders.0 == 0 || self.encoder == other.encoder);
-        let blocks = [
-            (asked.position, sent.position),
-            (asked.device_name, sent.device_name),
-            (asked.comment, sent.comment),
-            (asked.time, sent.time),
-        ];
-        let beams = |settings: &Self| {
-            let (first, beams) = match settings.output_range.is_full(model) {
-                true => (0, full),
-                false => settings.output_range.beams(full),
-            };
-            first..first + beams.len()
-        };
-        let (wanted, there) = (beams(self), beams(other));
-        let filters = |settings: &Self| {
-            let filters = settings.filters;
-            (
-                filters.mean.active.then_some(filters.mean),
-                filters.median.active.then_some(filters.median),
-                filters.particle.active.then_some(filters.particle),
-            )
-        };
-        self.mode == other.mode
-            && echoes
-            && filter
-            && layers
-            && remission
-            && encoders
-            && blocks.iter().all(|(asked, sent)| !asked || *sent)
-            && (asked.unit, asked.output_rate) == (sent.unit, sent.output_rate)
-            && wanted.start >= there.start
-            && wanted.end <= there.end
-            && filters(self) == filters(other)
-            && self.suppression == other.suppression
-            && self.applications.ranging == other.applications.ranging
     }
 }

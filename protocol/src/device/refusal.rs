@@ -52,6 +52,8 @@ pub enum Fault {
     NoSuchApplication,
     /// The scans come from a recording, which does not have what the setting asks for.
     FixedByRecording,
+    /// The scans come from a recording, and nothing in it tells which echo they hold.
+    EchoNotRecorded,
     /// The variable exists, but this virtual device cannot change it.
     FixedHere,
 }
@@ -129,6 +131,7 @@ pub static REFUSALS: &[Refusal] = &[
     line("sWN LFPmeanfilter, LFPmedianfilter, LFPparticle", Fault::ImpossibleFilter, "a mean of other than 2 to 100 scans, a median of other than 3 beams", SopasError::LocalConditionFailed, Assumed, "sWN LFPmeanfilter 1 +101 0"),
     line("sWN SetActiveApplications", Fault::NoSuchApplication, "neither RANG nor FEVL", SopasError::LocalConditionFailed, Assumed, "sWN SetActiveApplications 1 NONE 1"),
     line("sWN LMDscandatacfg, LMPoutputRange, FREchoFilter, MSsuppmode, LFP…, LIC…", Fault::FixedByRecording, "`rowscan replay` only: the recorded scans do not have what is asked for", SopasError::LocalConditionFailed, Assumed, "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1"),
+    Refusal { model: "lms511", ..line("sRN FREchoFilter", Fault::EchoNotRecorded, "`rowscan replay` only: nothing in the recording tells which echo its scans hold", SopasError::LocalConditionFailed, Assumed, "sRN FREchoFilter") },
     line("sWN TSC…, EIIpAddr, EImask, EIgate, LMPautostartmeas", Fault::FixedHere, "another value than the one in force: not emulated", SopasError::LocalConditionFailed, Assumed, "sWN TSCRole 1"),
 ];
 

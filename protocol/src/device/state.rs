@@ -8,6 +8,7 @@ use super::condition::Condition;
 use super::filter::Filters;
 use super::lines::{Field, Lines};
 use super::options::{Options, Profile};
+use super::recorded::Recorded;
 use super::settings::Settings;
 use super::ticks::TickCounter;
 use super::troubles::Troubles;
@@ -160,7 +161,7 @@ pub struct Device {
     pub(super) last_scan: LmdScandata,
     pub(super) has_scan: bool,
     /// Of one whose scans and events come from a recording: what the recorded one was set to.
-    pub(super) recorded: Option<Settings>,
+    pub(super) recorded: Option<Recorded>,
     /// Settings refused because of that.
     pub(super) fixed: u32,
     /// Logins it takes besides its model's.

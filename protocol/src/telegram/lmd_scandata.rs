@@ -196,6 +196,12 @@ const MM_PER_M: f64 = 1000.0;
 const CENTI: f64 = 100.0;
 
 impl LmdScandata {
+    /// True if the first of its distances are of the first echo that its device sends.
+    pub fn begins_with_first(&self) -> bool {
+        let mut distances = self.channels16.iter().filter(|channel| channel.name.0.starts_with(b"DIST"));
+        distances.next().is_some_and(|channel| channel.name.0 == *b"DIST1")
+    }
+
     /// What the telegram means, into `scan`, whose buffers are reused.
     ///
     /// Millimetres become metres here and nowhere else: range = (raw × scale + offset) / 1000. Remission comes from the RSSI

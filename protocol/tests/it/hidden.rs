@@ -64,7 +64,7 @@ fn a_filter_that_leaves_no_telegram_is_named_and_no_other() {
     }
     let mut played = filtered(SEGMENTED[0], &[("LFPangleRangeFilter", &angles[3])]).unwrap();
     assert!(played.hidden_by().is_some());
-    played.play_back_turns(7, played.model().default_mode, 1);
+    played.play_back_turns(7, played.model().default_mode, 1, None);
     assert_eq!(played.hidden_by(), None, "recorded turns are sent as they are");
     let names: Vec<_> = named.into_keys().collect();
     let expected = [

@@ -58,8 +58,8 @@ fn a_refusal_leaves_the_settings_alone() {
 
 /// One fault is that of a scanner whose scans are recorded ones, without remission.
 fn prepare(bench: &mut Bench, fault: Fault) {
-    if fault == Fault::FixedByRecording {
-        bench.device.play_back(&LmdScandata::default(), []);
+    if [Fault::FixedByRecording, Fault::EchoNotRecorded].contains(&fault) {
+        bench.device.play_back(&LmdScandata::default(), [], None);
     }
 }
 

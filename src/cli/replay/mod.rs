@@ -2,6 +2,7 @@
 
 mod orders;
 mod places;
+mod recorded_way;
 mod seats;
 mod watched;
 
@@ -25,7 +26,7 @@ use rowscan_bench::replay::{ReplayBench, ReplaySpec, ReplayedStream};
 use rowscan_canopy::Warning;
 use rowscan_control::{Bench, Log, Refused};
 use rowscan_emulator::clock::{TimeScale, Timer};
-use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey};
+use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey, ToldEcho};
 use rowscan_emulator::{Player, RefusedSetting};
 use rowscan_recording::{StreamKind, Taps};
 use seats::{PlaceArgs, Seat, Sort};
@@ -115,6 +116,9 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let watching = args.web.is_given().then(|| Watching::new(&parts, Arc::clone(&clock)));
     spec.streams = seats.iter().map(Seat::spec).collect();
     (spec.model, spec.verbatim) = (asked, args.verbatim);
+    if !args.verbatim && parts.iter().any(|part| part.told_echo() == ToldEcho::Nothing) {
+        spec.rig = places.rig()?;
+    }
     (spec.max_clients, spec.idle_limit) = args.clients.limits();
     spec.taps = watching.as_ref().map_or_else(Taps::default, Watching::taps).and(taping.taps());
     spec.faults = script.is_some() || args.control.is_given() || args.web.is_given();

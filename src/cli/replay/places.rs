@@ -9,6 +9,7 @@ use rowscan_scenes::files;
 
 use super::super::Failure;
 use super::super::output::say;
+use super::recorded_way::RecordedWay;
 use rowscan_emulator::replay::{Part, ReplayError, Survey};
 
 /// A place in a recording.
@@ -81,11 +82,31 @@ impl<'a> Places<'a> {
                 let rig = self.rig()?.ok_or_else(|| {
                     refuse("a place in the row needs a rig, and none is recorded: say --rig".to_owned())
                 })?;
-                self.part.and_then(|part| part.at_metre(&rig, metre))
+                match self.part {
+                    Some(part) => self.at_metre(part, &rig, metre)?,
+                    None => None,
+                }
             }
         };
         let found = found.filter(|found| *found <= self.ends_ns);
         Ok(found.ok_or_else(|| refuse(format!("there is no {}", told(place))))?)
+    }
+
+    /// The time of a metre of the row: by what the recording tells of the way, else by the rig's speed, and that is said.
+    fn at_metre(&self, part: &Part, rig: &Rig, metre: f64) -> Result<Option<u64>, Failure> {
+        match RecordedWay::found(self.survey, part, rig)? {
+            Some(way) => match way.scan_at(self.survey, (part, rig), metre)? {
+                Some(scan) => Ok(self.survey.scan_at(part, scan)?),
+                None => Ok(None),
+            },
+            None => {
+                say(format_args!(
+                    "{}: metre {metre} is where the rig's speed of {} m/s has it: the recording holds neither an encoder's readings that the rig knows nor a ground speed",
+                    part.name, rig.speed_m_s
+                ));
+                Ok(part.at_metre(rig, metre))
+            }
+        }
     }
 
     /// The rig that was asked for, else the recorded one.

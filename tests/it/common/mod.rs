@@ -7,6 +7,7 @@ pub mod points;
 pub mod recorded;
 pub mod replayed;
 pub mod studies;
+pub mod talk;
 
 use std::path::PathBuf;
 

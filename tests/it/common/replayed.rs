@@ -68,18 +68,30 @@ pub fn played() -> Played {
 }
 
 pub fn replay(path: &Path, model: Option<&str>, scale: TimeScale, played: Played, taps: Taps) -> Replayed {
+    let clock = Arc::new(SimClock::start(scale));
+    replay_through(path, model, clock, played, EmulatorConfig { taps, ..EmulatorConfig::default() })
+}
+
+/// The same on this clock, and through what else the scanner is set up with.
+pub fn replay_through(
+    path: &Path,
+    model: Option<&str>,
+    clock: Arc<SimClock>,
+    played: Played,
+    config: EmulatorConfig,
+) -> Replayed {
     let survey = Survey::read(path).expect("it can be played");
     let parts = survey.choose(&[], 1).expect("there is something");
     let part = parts[0];
     let model =
         model_of(&survey, part, model.map(|name| model::by_name(name).expect("known"))).expect("a model");
-    let clock = Arc::new(SimClock::start(scale));
     let playhead = Arc::new(Playhead::new(part.begins_ns.expect("events").max(played.from_ns)));
     let tape = Playback::open(path.to_owned(), &parts, played).expect("it opens");
-    let config = EmulatorConfig { time_scale: scale, taps, ..EmulatorConfig::default() };
+    let config = EmulatorConfig { time_scale: clock.scale(), ..config };
+    let faults = config.faults.clone();
     let emulator =
-        Emulator::replay(device_of(part, model), part, played.verbatim, Arc::clone(&clock), config);
-    let outlets = vec![Outlet::scanner(&emulator, part.scans > 0)];
+        Emulator::replay(device_of(part, model, None), part, played.verbatim, Arc::clone(&clock), config);
+    let outlets = vec![Outlet::scanner(&emulator, part.scans > 0).through(faults)];
     let player = Player::start(tape, outlets, Arc::clone(&playhead), Arc::clone(&clock), &Timer::default());
     Replayed { emulator, player, clock, playhead }
 }

@@ -192,7 +192,7 @@ async fn play(
                 Outlet::can(&part.name, bus, scale, &Taps::default())
             }
             _ => {
-                let device = device_of(part, model::by_name(&part.name).expect("a model"));
+                let device = device_of(part, model::by_name(&part.name).expect("a model"), None);
                 let config = EmulatorConfig { time_scale: scale, ..EmulatorConfig::default() };
                 let mut emulator = Emulator::replay(device, part, false, Arc::clone(&clock), config);
                 addresses

@@ -84,6 +84,10 @@ impl Writable for EchoFilter {
         if self.code > fr_echo_filter::LAST {
             return Err(Fault::NoSuchCode.into());
         }
+        if context.device.lacks_the_echo() {
+            context.device.fixed += 1;
+            return Err(Fault::FixedByRecording.into());
+        }
         context.device.settings.echo_filter = self.code;
         Ok(())
     }

@@ -1,0 +1,166 @@
+//! Which echo a scanner sends, as what was said to it and answered tells: of a recording nothing can be asked any more.
+
+use alloc::collections::VecDeque;
+use alloc::string::String;
+
+use crate::echo::EchoChoice;
+use crate::telegram::ee_writeall::WriteAll;
+use crate::telegram::fr_echo_filter::{self, EchoFilter};
+use crate::telegram::sc_reboot::Reboot;
+use crate::telegram::{Kind, Method, Telegram, Variable};
+
+/// Requests without an answer that are kept: no client has more of them open.
+const MOST_OPEN: usize = 64;
+
+/// Follows a conversation, telegram by telegram, and knows the code of FREchoFilter that is in force.
+///
+/// An accepted write (`sWN`, `sWA`) and an answer to a reading (`sRA`) hold until the next of them. A refused write (`sFA`) changes nothing. Where only the
+/// scanner's side is recorded, an accepted write leaves the code unknown. A restart brings back what was saved; what that is may not be known.
+#[derive(Clone, Debug, Default)]
+pub struct HeardEcho {
+    /// Requests without an answer so far, in their order: refusals do not say what they refuse.
+    open: VecDeque<Asked>,
+    code: Option<u8>,
+    saved: Option<u8>,
+}
+
+/// A request.
+#[derive(Clone, Debug)]
+struct Asked {
+    name: String,
+    /// The code that it writes, if it is a write of FREchoFilter.
+    code: Option<u8>,
+}
+
+impl HeardEcho {
+    /// Takes the next telegram of either side.
+    pub fn take(&mut self, telegram: &Telegram<'_>) {
+        let &Telegram { kind, name, args } = telegram;
+        match kind {
+            Kind::Sn => {}
+            Kind::Rn | Kind::Ri | Kind::Wn | Kind::Mn | Kind::En => {
+                let writes = kind == Kind::Wn && name == EchoFilter::NAME;
+                let code = writes.then(|| args.decode::<EchoFilter>().ok()).flatten().map(|it| it.code);
+                if self.open.len() == MOST_OPEN {
+                    self.open.pop_front();
+                }
+                self.open.push_back(Asked { name: name.into(), code });
+            }
+            Kind::Fa => {
+                self.open.pop_front();
+            }
+            // A receipt: the answer follows.
+            Kind::Ma => {}
+            Kind::Ra | Kind::Wa | Kind::An | Kind::Ea => {
+                let asked = self.answered(name);
+                self.answer(telegram, asked);
+            }
+        }
+    }
+
+    /// Bytes are missing: what was asked before may have been answered meanwhile.
+    pub fn forget_requests(&mut self) {
+        self.open.clear();
+    }
+
+    /// The code in force, if it is known.
+    pub fn code(&self) -> Option<u8> {
+        self.code
+    }
+
+    /// The first request that this answers. Those before it have lost their answers.
+    fn answered(&mut self, name: &str) -> Option<Asked> {
+        let place = self.open.iter().position(|asked| asked.name == name)?;
+        self.open.drain(..=place).next_back()
+    }
+
+    fn answer(&mut self, telegram: &Telegram<'_>, asked: Option<Asked>) {
+        match (telegram.kind, telegram.name) {
+            (Kind::Wa, EchoFilter::NAME) => self.code = asked.and_then(|asked| asked.code),
+            (Kind::Ra, EchoFilter::NAME) => {
+                self.code = telegram.args.decode::<EchoFilter>().ok().map(|it| it.code);
+            }
+            (Kind::An, WriteAll::NAME) => self.saved = self.code,
+            (Kind::An, Reboot::NAME) => self.code = self.saved,
+            _ => {}
+        }
+    }
+}
+
+/// The echo that stands first in the scans of a device whose FREchoFilter has this code; none of a code that no device has.
+pub fn first_sent(code: u8) -> Option<EchoChoice> {
+    match code {
+        fr_echo_filter::FIRST | fr_echo_filter::ALL => Some(EchoChoice::First),
+        fr_echo_filter::LAST => Some(EchoChoice::Last),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Dialect;
+    use alloc::vec::Vec;
+
+    /// The code after each of these telegrams.
+    fn after(told: &[&str]) -> Vec<Option<u8>> {
+        let mut heard = HeardEcho::default();
+        let mut after = Vec::new();
+        for told in told {
+            heard.take(&Telegram::parse(Dialect::A, told.as_bytes()).unwrap());
+            after.push(heard.code());
+        }
+        after
+    }
+
+    #[test]
+    fn the_last_accepted_write_wins_and_a_refused_one_changes_nothing() {
+        let (first, last) = ("sWN FREchoFilter 0", "sWN FREchoFilter 2");
+        let (accepted, refused) = ("sWA FREchoFilter", "sFA 5");
+        for (told, expected) in [
+            (&[][..], None),
+            (&[first][..], None),
+            (&[first, accepted], Some(0)),
+            (&[last, accepted], Some(2)),
+            (&[first, accepted, last, accepted], Some(2)),
+            (&[last, accepted, first, accepted], Some(0)),
+            (&[first, refused], None),
+            (&[last, accepted, first, refused], Some(2)),
+            (&["sRN DeviceIdent", last, refused, accepted], Some(2)),
+            (&["sRN DeviceIdent", last, "sRA DeviceIdent 1 A 1 B", refused], None),
+            (&["sRN FREchoFilter", "sRA FREchoFilter 1"], Some(1)),
+            (&["sRA FREchoFilter 2"], Some(2)),
+            (&[first, accepted, "sRN FREchoFilter", "sFA 3"], Some(0)),
+            // Only the scanner's side: it took something.
+            (&["sRA FREchoFilter 2", accepted], None),
+            // Pipelined.
+            (&[first, last, accepted, refused], Some(0)),
+            (&[first, last, refused, accepted], Some(2)),
+            (&[first, accepted, last, accepted, "sMN mSCreboot", "sAN mSCreboot"], None),
+            (
+                &[
+                    first,
+                    accepted,
+                    "sMN mEEwriteall",
+                    "sAN mEEwriteall 1",
+                    last,
+                    accepted,
+                    "sMN mSCreboot",
+                    "sAN mSCreboot",
+                ],
+                Some(0),
+            ),
+        ] {
+            assert_eq!(after(told).last().copied().flatten(), expected, "{told:?}");
+        }
+    }
+
+    #[test]
+    fn what_was_asked_before_a_gap_is_not_answered_behind_it() {
+        let mut heard = HeardEcho::default();
+        heard.take(&Telegram::parse(Dialect::A, b"sWN FREchoFilter 0").unwrap());
+        heard.forget_requests();
+        heard.take(&Telegram::parse(Dialect::A, b"sWA FREchoFilter").unwrap());
+        assert_eq!(heard.code(), None);
+    }
+}
