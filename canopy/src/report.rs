@@ -1,7 +1,9 @@
 //! From sums to the estimate: calibration applied, warnings collected.
 
+mod warned;
+
 use crate::by_height::{self, ByHeight};
-use crate::calibration::{Calibration, EchoRule, FittedRange, Optics, RegressionKind};
+use crate::calibration::{Calibration, Optics};
 use crate::class::{Compared, Holds, Look, RowClass, ScanGeometry, Standing};
 use crate::estimate::{
     ContactReport, Estimate, MountReport, RangeStatistics, SidesReport, SliceEstimate, TreeEstimate,
@@ -9,18 +11,20 @@ use crate::estimate::{
 use crate::estimator::Measure;
 use crate::gate::Gate;
 use crate::ground_line::OtherSlope;
-use crate::leaf::{Count, Law, LeafAreas, PieceLeaf, RangedAreas, RowLeaf, Sums, Withheld};
+use crate::leaf::{Count, Law, LeafAreas, PieceLeaf, RowLeaf, Sums, Withheld};
 use crate::level::LevelSurface;
 use crate::odometry::AdvanceSource;
 use crate::pieces::{self, PieceScatter, RowSds};
-use crate::remission::CardDoubt;
 use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
 use crate::uncertainty::{self, Uncertainty};
 use crate::warning::Warning;
 use rowscan_protocol::counting::Counting;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount};
+use rowscan_protocol::rig::Mount;
+use warned::{
+    warn_of_class, warn_of_excluded, warn_of_range, warn_of_remission, warn_of_row_end, warn_of_withheld,
+};
 
 /// Relative standard deviation of raw leaf areas by shares, of what rays see: between simulated rows of LAI 0.8 to 2.6, of four training systems and generators,
 /// LMS111 at 1.9 m.
@@ -29,9 +33,6 @@ const SHARES_SD: f64 = 0.07;
 /// By how much of a relative error in a full leaf's power the leaf area by shares is off: 1.2 to 1.6 on simulated rows, LMS111 from 4
 /// to 1 m.
 const BY_POWER: f64 = 1.5;
-
-/// How far the class's numbers may be off the rig's, relative.
-const CLASS_TOLERANCE: f64 = 0.01;
 
 /// Share of turns left out above which it is told: fewer are filled from their neighbours.
 const TURNS_TOLD: f64 = 0.01;
@@ -133,58 +134,6 @@ pub(crate) fn areas_told<'a>(
         Err(Withheld::TooMuchExcluded)
     } else {
         Ok(pass)
-    }
-}
-
-/// Says why nothing is told of the row.
-fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Option<&RowPass>, why: Withheld) {
-    // Elsewhere the way itself is unknown.
-    let has_way = !matches!(why, Withheld::NothingValid | Withheld::NoTime | Withheld::NoEncoder);
-    if let Some(pass) = pass.filter(|_| has_way) {
-        estimate.advance_m = pass.advance.advance_m();
-        estimate.advance_source = pass.odometry.source();
-    }
-    let warning = match (why, pass) {
-        (Withheld::NothingValid, _) => Warning::NothingValid,
-        (Withheld::NoEncoder, Some(pass)) => Warning::NoEncoder { scans: pass.odometry.unread() },
-        (Withheld::NotScanned, _) => Warning::Stood { scans: gate.valid },
-        (Withheld::UnknownBeams, Some(pass)) => {
-            let share = pass.row.unknown_share();
-            Warning::UnknownBeams { share, limit: pass.rig.max_excluded }
-        }
-        (Withheld::EncoderJumped, Some(pass)) => Warning::EncoderJumped { times: pass.odometry.jumps() },
-        (Withheld::TooMuchExcluded, Some(pass)) => {
-            Warning::TooMuchExcluded { share: gate.blind_share(), limit: pass.rig.max_excluded }
-        }
-        // Told already, or no fault: nobody gave a rig.
-        _ => return,
-    };
-    estimate.warnings.push(warning);
-}
-
-/// Says that the tractor drove before or behind the row that the rig describes, by a tree at least: how far a wheel slips is not known.
-fn warn_of_row_end(estimate: &mut Estimate, pass: &RowPass) {
-    let (Some(trees), Some(spacing_m)) = (pass.rig.trees, pass.rig.tree_spacing_m) else { return };
-    let row_m = f64::from(trees) * spacing_m;
-    let before_m = pass.advance.first_y_m().map_or(0.0, |y_m| -y_m);
-    if before_m >= spacing_m {
-        estimate.warnings.push(Warning::BeforeRow { before_m });
-    }
-    let past_m = pass.advance.y_m().map_or(0.0, |y_m| y_m - row_m);
-    if past_m >= spacing_m {
-        estimate.warnings.push(Warning::PastRow { row_m, past_m });
-    }
-}
-
-/// Says what was left out of the estimate, by cause.
-fn warn_of_excluded(estimate: &mut Estimate, gate: &Gate) {
-    let warnings = &mut estimate.warnings;
-    for (fault, telegrams) in gate.faults().iter() {
-        warnings.push(Warning::Unreadable { fault: fault.clone(), telegrams });
-    }
-    warnings.extend(gate.causes().map(|(why, scans)| Warning::Excluded { why, scans }));
-    if gate.contaminated > 0 {
-        warnings.push(Warning::ContaminationWarning { scans: gate.contaminated });
     }
 }
 
@@ -399,33 +348,6 @@ fn row(
     }
 }
 
-/// Says what is not known of remission that is to be read.
-fn warn_of_remission(estimate: &mut Estimate, pass: &RowPass, law: &Law<'_>) {
-    let Some(scale) = pass.row.remission() else { return };
-    if !law.reads_remission() {
-        let (hits, read) = (pass.row.totals().hits, pass.row.totals().shares);
-        estimate.warnings.push(Warning::RemissionMissing { hits, read });
-        return;
-    }
-    match law.no_shares() {
-        Some(Withheld::SharesDisagree) => {
-            let told = law.shares_over_contact().map(|(ratio, band)| Warning::SharesDisagree { ratio, band });
-            estimate.warnings.extend(told);
-        }
-        Some(Withheld::NoWitness) => estimate.warnings.push(Warning::NoWitness),
-        Some(Withheld::CardTooShort) => estimate.warnings.push(Warning::CardTooShort),
-        Some(Withheld::CardLaw) => {
-            if let Some(CardDoubt::OtherLaw(misfit)) = scale.doubt {
-                estimate.warnings.push(Warning::CardLaw { misfit });
-            }
-        }
-        _ => {}
-    }
-    if scale.power_sd.is_none() {
-        estimate.warnings.push(Warning::RemissionAssumed);
-    }
-}
-
 fn tree(cell: &Cell, leaf: LeafAreas, spacing_m: f64) -> Option<TreeEstimate> {
     Some(TreeEstimate {
         tree: u32::try_from(cell.index).ok()?,
@@ -449,75 +371,4 @@ fn slice(cell: &Cell, leaf: LeafAreas) -> SliceEstimate {
         leaf: PieceLeaf::measured(leaf),
         returns: cell.returns,
     }
-}
-
-/// Warns where the row stands outside a fitted range.
-fn warn_of_range(estimate: &mut Estimate, row: &RangedAreas, calibration: &Calibration) {
-    let kind: RegressionKind = calibration.best_regression();
-    let share = calibration.share.as_ref().map(|scale| (Count::Shares.name(), row.share, &scale.quality));
-    let others = [
-        (Count::Hits.name(), Some(row.contact), &calibration.contact.quality),
-        (kind.name(), row.regression, calibration.quality(kind)),
-    ];
-    for (estimator, ranged, quality) in share.into_iter().chain(others) {
-        let Some(ranged) = ranged.filter(|ranged| ranged.fitted != FittedRange::Inside) else { continue };
-        estimate.warnings.push(Warning::OutsideFittedRange {
-            estimator,
-            value_m2_per_m: ranged.per_metre,
-            low_m2_per_m: quality.low_m2_per_m,
-            high_m2_per_m: quality.high_m2_per_m,
-            refused: ranged.refused(),
-        });
-    }
-}
-
-/// Warns where the calibration was made for something else than what is scanned.
-fn warn_of_class(
-    estimate: &mut Estimate,
-    calibration: &Calibration,
-    pass: &RowPass,
-    latest: Option<LatestScan>,
-) {
-    let class = &calibration.class;
-    let mut mismatch = |key, expected: String, found: String| {
-        estimate.warnings.push(Warning::ClassMismatch { key, expected, found });
-    };
-    if !class.scanner_model.eq_ignore_ascii_case(&pass.mount.model) {
-        mismatch("scanner_model", class.scanner_model.clone(), pass.mount.model.clone());
-    }
-    let differs = |expected: f64, found: f64| (found - expected).abs() > CLASS_TOLERANCE * expected;
-    if let Some(found) =
-        latest.map(|latest| latest.beams.step_deg()).filter(|f| differs(class.resolution_deg, *f))
-    {
-        mismatch("resolution_deg", class.resolution_deg.to_string(), found.to_string());
-    }
-    if let Some(found) = pass.rig.tree_spacing_m.filter(|found| differs(class.tree_spacing_m, *found)) {
-        mismatch("tree_spacing_m", class.tree_spacing_m.to_string(), found.to_string());
-    }
-    match (class.optics, pass.rig.optics) {
-        (Optics::Ideal, Some(BeamWidth::Device)) => estimate.warnings.push(Warning::CalibratedOnRays),
-        (Optics::Footprint | Optics::Measured, Some(BeamWidth::Ideal)) => {
-            estimate.warnings.push(Warning::ClassMismatch {
-                key: "optics",
-                expected: "device".to_owned(),
-                found: "ideal".to_owned(),
-            });
-        }
-        // Told with what is withheld.
-        (_, None)
-        | (Optics::Ideal, Some(BeamWidth::Ideal))
-        | (Optics::Footprint | Optics::Measured, Some(BeamWidth::Device)) => {}
-    }
-    let (fitted, taken) = match (class.echo_rule, pass.mount.echo) {
-        (EchoRule::First, Some(EchoChoice::Last)) => ("first", "last"),
-        (EchoRule::Last, None | Some(EchoChoice::First)) => ("last", "first"),
-        (EchoRule::First, None | Some(EchoChoice::First)) | (EchoRule::Last, Some(EchoChoice::Last)) => {
-            return;
-        }
-    };
-    estimate.warnings.push(Warning::ClassMismatch {
-        key: "echo_rule",
-        expected: fitted.to_owned(),
-        found: taken.to_owned(),
-    });
 }

@@ -1,0 +1,197 @@
+use super::*;
+use alloc::vec::Vec;
+
+fn scan(counter: u16, time_us: u32) -> Scan {
+    Scan { telegram_counter: counter, scan_time_us: time_us, scan_frequency_hz: 50.0, ..Scan::default() }
+}
+
+/// Counters of telegrams and of turns.
+fn left_out(readings: &[(u16, u16)]) -> u64 {
+    let mut counting = Counting::default();
+    for (counter, turn) in readings {
+        let first = readings.first().map_or(0, |(_, turn)| *turn);
+        let time_us = 20_000 * u32::from(turn.wrapping_sub(first));
+        counting.observe(&Scan { scan_counter: *turn, ..scan(*counter, time_us) });
+    }
+    counting.turns_left_out()
+}
+
+#[test]
+fn turns_without_a_telegram_are_told_from_lost_telegrams_and_from_output_intervals() {
+    assert_eq!(left_out(&[(0, 0), (1, 1), (2, 2), (3, 3)]), 0, "every turn");
+    assert_eq!(left_out(&[(0, 7), (1, 8), (2, 11), (3, 12)]), 2, "two turns left out");
+    assert_eq!(left_out(&[(0, 0), (1, 3), (2, 6), (3, 9)]), 0, "every third turn is sent");
+    assert_eq!(left_out(&[(0, 0), (1, 3), (2, 9), (3, 12)]), 1, "one third turn left out");
+    assert_eq!(left_out(&[(0, 0), (1, 1), (4, 4), (5, 5)]), 0, "lost telegrams are another thing");
+    assert_eq!(left_out(&[(0, 65_534), (1, 65_535), (2, 1), (3, 2)]), 1, "through the wrap");
+    assert_eq!(left_out(&[(0, 0), (1, 0), (2, 0)]), 0, "a device without a turn counter");
+}
+
+/// As of CoLa A, which has no checksum.
+#[test]
+fn a_turn_counter_with_a_flipped_bit_is_no_turn_left_out() {
+    for bit in 0..16 {
+        let mut counting = Counting::default();
+        for place in 0..40_u16 {
+            let flipped = if place == 20 { 1 << bit } else { 0 };
+            let scan_counter = (1000 + place) ^ flipped;
+            counting.observe(&Scan { scan_counter, ..scan(place, 20_000 * u32::from(place)) });
+        }
+        // A turn more or less is within what a clock tells.
+        let found = (counting.turns_left_out(), counting.contradicting);
+        assert!(found.0 <= 2, "bit {bit}: {found:?}");
+        // The highest bit takes the counter as far ahead as back.
+        let expected = if bit == 15 { 2 } else { 1 };
+        assert!(bit < 2 || found.1 == expected, "bit {bit}: {found:?}");
+        assert_eq!((counting.lost, counting.restarts, counting.scans), (0, 0, 40), "bit {bit}");
+    }
+}
+
+fn count(readings: impl IntoIterator<Item = (u16, u32)>) -> (Counting, Vec<Turn>) {
+    let mut counting = Counting::default();
+    let turns = readings.into_iter().map(|(c, t)| counting.observe(&scan(c, t))).collect();
+    (counting, turns)
+}
+
+fn travel_s(turn: &Turn) -> f64 {
+    match turn {
+        Turn::Line { travel_s, .. } => *travel_s,
+        Turn::Repeated | Turn::Late => f64::NAN,
+    }
+}
+
+#[test]
+fn counter_and_clock_wrap_without_a_gap() {
+    let start = u32::MAX - 50_000;
+    let (c, turns) =
+        count((0..10u16).map(|i| (65_530u16.wrapping_add(i), start.wrapping_add(u32::from(i) * 20_000))));
+    assert_eq!((c.scans, c.lost, c.restarts, c.repeated), (10, 0, 0, 0));
+    assert!((travel_s(&turns[9]) - 0.18).abs() < 1e-9);
+    assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);
+}
+
+#[test]
+fn lost_telegrams_are_counted_and_keep_the_frequency() {
+    // 65534, 65535, [0, 1 lost], 2, [3 lost], 4
+    let (c, turns) = count([(65_534, 0), (65_535, 20_000), (2, 80_000), (4, 120_000)]);
+    assert_eq!((c.lost, c.restarts), (3, 0));
+    assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);
+    assert!(matches!(turns[2], Turn::Line { link: Link::Steps(3), .. }));
+}
+
+#[test]
+fn a_repeated_telegram_neither_counts_as_line_nor_as_gap() {
+    let (c, turns) = count([(7, 0), (8, 20_000), (8, 20_000), (8, 20_000), (9, 40_000)]);
+    assert_eq!((c.scans, c.repeated, c.lost), (5, 2, 0));
+    assert_eq!(turns[2], Turn::Repeated);
+    assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);
+}
+
+/// Of a scanner with several layers a turn is as many lines.
+#[test]
+fn turns_are_counted_whatever_lines_they_have() {
+    for lines in [1_u64, 2, 16] {
+        let (mut counting, mut counter) = (Counting::default(), 0);
+        // Every fourth turn is left out.
+        let turns: Vec<u16> = (0..40).filter(|turn| turn % 4 != 2).collect();
+        for turn in &turns {
+            for line in 0..lines {
+                let time_us = 20_000 * u32::from(*turn);
+                let layer_centideg = 100 * line as i16;
+                counting.observe(&Scan { scan_counter: *turn, layer_centideg, ..scan(counter, time_us) });
+                counter += 1;
+            }
+        }
+        assert_eq!((counting.scans, counting.turns_left_out()), (30 * lines, 10), "{lines} lines");
+        assert_eq!(counting.turns(), 40, "{lines} lines");
+    }
+}
+
+#[test]
+fn a_restart_is_no_gap_and_goes_on_one_period_later() {
+    // The device is switched off and on: counter and clock begin again.
+    let (c, turns) = count([(100, 9_000_000), (101, 9_020_000), (1, 500_000), (2, 520_000), (3, 540_000)]);
+    assert_eq!((c.lost, c.all_lost(), c.restarts), (0, None, 1));
+    // The clock alone is set back: the counter goes on, and tells that nothing is lost.
+    let (set_back, _) = count([(100, 9_000_000), (101, 9_020_000), (102, 500_000), (103, 520_000)]);
+    assert_eq!((set_back.all_lost(), set_back.restarts), (Some(0), 1));
+    assert!((travel_s(&turns[2]) - 0.04).abs() < 1e-9);
+    assert!((travel_s(&turns[4]) - 0.08).abs() < 1e-9);
+    assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_counter_that_jumps_ahead_against_the_clock_is_a_restart() {
+    let (c, _) = count([(100, 0), (101, 20_000), (20_000, 40_000), (20_001, 60_000)]);
+    assert_eq!((c.lost, c.restarts), (0, 1));
+    // Ahead on the clock alone, by an hour and more.
+    let (c, _) = count([(100, 0), (101, 20_000), (105, 2_000_000_000), (106, 2_000_020_000)]);
+    assert_eq!((c.lost, c.restarts), (0, 1));
+}
+
+#[test]
+fn a_pause_of_the_measurement_keeps_the_clock_but_not_the_frequency() {
+    let (c, turns) = count([(1, 0), (2, 20_000), (3, 5_020_000), (4, 5_040_000)]);
+    assert_eq!((c.lost, c.restarts), (0, 0));
+    assert!(matches!(turns[2], Turn::Line { link: Link::Broken, .. }));
+    assert!((travel_s(&turns[3]) - 5.04).abs() < 1e-9);
+    assert!((c.frequency_hz().unwrap() - 50.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_long_gap_is_counted_in_full() {
+    // A connection lost for ten minutes while the device went on.
+    let (c, turns) = count([(0, 0), (1, 20_000), (30_001, 600_020_000)]);
+    assert_eq!((c.lost, c.restarts), (29_999, 0));
+    assert!((travel_s(&turns[2]) - 600.02).abs() < 1e-6);
+}
+
+#[test]
+fn half_a_turn_of_the_counter_is_the_longest_gap() {
+    // 32 767 telegrams ahead is a gap; 32 768 is as far back as ahead, and counts as a restart, whatever the clock says.
+    let (c, _) = count([(0, 0), (1, 20_000), (32_768, 20_000 + 32_767 * 20_000)]);
+    assert_eq!((c.lost, c.restarts), (32_766, 0));
+    let (c, turns) = count([(0, 0), (1, 20_000), (32_769, 20_000 + 32_768 * 20_000)]);
+    assert_eq!((c.lost, c.restarts), (0, 1));
+    assert!((travel_s(&turns[2]) - 0.04).abs() < 1e-9);
+    // Without a device clock as well.
+    let (c, _) = count([(0, 0), (1, 0), (40_000, 0)]);
+    assert_eq!((c.lost, c.restarts), (0, 1));
+}
+
+#[test]
+fn a_counter_that_stands_while_the_clock_runs_back_is_a_restart() {
+    let (c, _) = count([(5, 80_000), (6, 100_000), (6, 60_000), (7, 80_000)]);
+    assert_eq!((c.repeated, c.lost, c.restarts), (0, 0, 1));
+}
+
+#[test]
+fn an_output_interval_gives_the_telegrams_own_frequency() {
+    let (c, _) = count((0..5u16).map(|i| (i, u32::from(i) * 100_000)));
+    assert_eq!((c.lost, c.restarts), (0, 0));
+    assert!((c.frequency_hz().unwrap() - 10.0).abs() < 1e-9);
+}
+
+#[test]
+fn without_a_device_clock_the_nominal_frequency_stands_in() {
+    let (c, turns) = count([(0, 0), (1, 0), (4, 0)]);
+    assert_eq!((c.lost, c.untimed, c.restarts), (2, 2, 0));
+    assert!((travel_s(&turns[2]) - 0.08).abs() < 1e-12);
+    assert_eq!(c.frequency_hz(), None);
+    assert_eq!(c.timeless, 0);
+}
+
+#[test]
+fn without_a_frequency_too_nothing_is_known_unless_it_is_given() {
+    let bare = |counter| Scan { scan_frequency_hz: 0.0, ..scan(counter, 0) };
+    let mut counting = Counting::default();
+    (0..4).for_each(|counter| {
+        counting.observe(&bare(counter));
+    });
+    assert_eq!((counting.untimed, counting.timeless), (3, 3));
+    let mut counting = Counting::default();
+    counting.assume_hz(4.7);
+    let last = (0..4).map(|counter| counting.observe(&bare(counter))).last();
+    assert!((travel_s(&last.unwrap()) - 3.0 / 4.7).abs() < 1e-12);
+    assert_eq!((counting.untimed, counting.timeless), (3, 0));
+}
