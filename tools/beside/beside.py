@@ -28,6 +28,9 @@ MOST_APART = 0.03
 #: Peers that must be there.
 FEWEST_PEERS = 2
 
+#: Seconds of casting that a round takes at least.
+LEAST_S = 1.0
+
 #: What everything is compared with: rowscan with the peers' own faces.
 OURS = "rowscan"
 
@@ -105,12 +108,15 @@ def started(subject: Subject, core: int) -> Child:
 
 
 def one_round(subject: Subject, core: int) -> Round:
-    """Starts the program, waits for its first line, and lets it drive once."""
+    """Starts the program, waits for its first line, and lets it drive for a while."""
     child = started(subject, core)
     memory_mb = child.memory_mb()
-    drove = child.ask("drive")
+    rays, seconds = 0, 0.0
+    while seconds < LEAST_S:
+        drove = child.ask("drive")
+        rays, seconds = rays + drove["rays"], seconds + drove["seconds"]
     child.close()
-    return Round(drove["rays"] / drove["seconds"], child.first_s, memory_mb)
+    return Round(rays / seconds, child.first_s, memory_mb)
 
 
 def ranges(subject: Subject, core: int, file: Path) -> np.ndarray:
@@ -133,7 +139,7 @@ def subjects(program: str, files: drive.Files) -> List[Subject]:
     """rowscan first, then the same row with round branches, then the peers."""
     script = str(Path(peers.__file__))
     mesh = str(files["triangles"])
-    packages = {"embree": "embreex", "helios++": "pyhelios"}
+    packages = {"embree": "embreex"}
     python = [
         Subject(name, [sys.executable, script, name, mesh], version(packages.get(name, name))) for name in peers.PEERS
     ]

@@ -72,12 +72,8 @@ def trimesh(mesh: Path) -> Peer:
 
 
 def helios(_mesh: Path) -> Peer:
-    """HELIOS++: it has no package on PyPI; what is called `pyhelios` there is another project."""
-    import pyhelios
-
-    if not hasattr(pyhelios, "SimulationBuilder"):
-        raise ImportError("the package `pyhelios` is not HELIOS++")
-    raise ImportError("HELIOS++ is installed, but this script does not measure it")
+    """HELIOS++: PyPI and Debian have no package of it (`pyhelios` and `pyhelios3d` are other projects), and this script installs from them only."""
+    raise ImportError("no package on PyPI or in Debian, only `conda install -c conda-forge helios`")
 
 
 #: The peers by name, and how many lines of the drive they cast in a round.
