@@ -12,7 +12,6 @@ import os
 import platform
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence
 
@@ -28,11 +27,15 @@ MOST_APART = 0.03
 #: Peers that must be there.
 FEWEST_PEERS = 2
 
-#: Seconds of casting that a round takes at least.
+#: Seconds of processor time that casting takes at least in a round.
 LEAST_S = 1.0
 
-#: What everything is compared with: rowscan with the peers' own faces.
-OURS = "rowscan"
+#: What `/proc` counts processor time in.
+TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+
+#: rowscan with the peers' own faces, which all ranges are held to, and with the scene itself. Peers are compared with both.
+MESH = "rowscan, the mesh"
+GROWN = "rowscan, the scene"
 
 
 class Subject(NamedTuple):
@@ -44,7 +47,8 @@ class Subject(NamedTuple):
 
 
 class Round(NamedTuple):
-    """What one fresh process did: rays a second, seconds from its start to the first line, the most memory until then in MB."""
+    """What one fresh process did: rays a second of processor time, processor time from its start to the first line, the most memory until
+    then in MB."""
 
     rays_per_s: float
     first_s: float
@@ -59,7 +63,6 @@ class Child:
     """A process on one core that is asked for drives."""
 
     def __init__(self, subject: Subject, core: int):
-        self.begun = time.perf_counter()
         environment = dict(os.environ, RAYON_NUM_THREADS="1", OMP_NUM_THREADS="1")
         self.process = subprocess.Popen(
             subject.command,
@@ -70,7 +73,6 @@ class Child:
             preexec_fn=lambda: os.sched_setaffinity(0, {core}),
         )
         self.first = self.heard()
-        self.first_s = time.perf_counter() - self.begun
 
     def heard(self) -> Dict[str, object]:
         """The next line of JSON."""
@@ -85,6 +87,12 @@ class Child:
         self.process.stdin.write(what + "\n")
         self.process.stdin.flush()
         return self.heard()
+
+    def processor_s(self) -> float:
+        """Processor time of the process so far, all threads: other work on the machine does not count."""
+        # The name before the closing bracket may have spaces; user and system time are fields 14 and 15.
+        fields = Path("/proc/%d/stat" % self.process.pid).read_text().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / TICKS_PER_S
 
     def memory_mb(self) -> float:
         """The most memory that the process has had so far."""
@@ -110,13 +118,14 @@ def started(subject: Subject, core: int) -> Child:
 def one_round(subject: Subject, core: int) -> Round:
     """Starts the program, waits for its first line, and lets it drive for a while."""
     child = started(subject, core)
-    memory_mb = child.memory_mb()
-    rays, seconds = 0, 0.0
+    first_s, memory_mb = child.processor_s(), child.memory_mb()
+    child.ask("ready")
+    begun_s, rays, seconds = child.processor_s(), 0, 0.0
     while seconds < LEAST_S:
-        drove = child.ask("drive")
-        rays, seconds = rays + drove["rays"], seconds + drove["seconds"]
+        rays += child.ask("drive")["rays"]
+        seconds = child.processor_s() - begun_s
     child.close()
-    return Round(rays / seconds, child.first_s, memory_mb)
+    return Round(rays / seconds, first_s, memory_mb)
 
 
 def ranges(subject: Subject, core: int, file: Path) -> np.ndarray:
@@ -136,7 +145,7 @@ def version(package: str) -> str:
 
 
 def subjects(program: str, files: drive.Files) -> List[Subject]:
-    """rowscan first, then the same row with round branches, then the peers."""
+    """rowscan with the mesh first, then with the scene that the mesh is of, then the peers."""
     script = str(Path(peers.__file__))
     mesh = str(files["triangles"])
     packages = {"embree": "embreex"}
@@ -144,8 +153,8 @@ def subjects(program: str, files: drive.Files) -> List[Subject]:
         Subject(name, [sys.executable, script, name, mesh], version(packages.get(name, name))) for name in peers.PEERS
     ]
     return [
-        Subject(OURS, [program, "beside", "caster", str(files["scene"])], ""),
-        Subject("rowscan, round branches", [program, "beside", "caster", SCENE], ""),
+        Subject(MESH, [program, "beside", "caster", str(files["scene"])], ""),
+        Subject(GROWN, [program, "beside", "caster", SCENE], ""),
         Subject("parry3d", [program, "beside", "parry3d", mesh], "0.31"),
         *python,
     ]
@@ -166,13 +175,13 @@ def measure(of: List[Subject], core: int, rounds: int, folder: Path) -> List[Dic
     """A row for each subject: its agreement with rowscan and its ratios, or why it is missing."""
     rows: List[Dict[str, object]] = []
     there: List[Subject] = []
-    ours = None
+    held_to = None
     for subject in of:
         row: Dict[str, object] = {"name": subject.name, "version": subject.version}
         try:
             found = ranges(subject, core, folder / "ranges.f64")
-            ours = found if ours is None else ours
-            row["agree"] = drive.agreement(ours[drive.line_numbers(len(found))], found)
+            held_to = found if held_to is None else held_to
+            row["agree"] = drive.agreement(held_to[drive.line_numbers(len(found))], found)
             row["rays"] = found.size
             there.append(subject)
         except Missing as why:
@@ -185,14 +194,14 @@ def measure(of: List[Subject], core: int, rounds: int, folder: Path) -> List[Dic
             done[subject.name].append(one_round(subject, core))
     for row in rows:
         if "missing" not in row:
-            row["ratios"] = ratios(done[OURS], done[row["name"]])
+            row["ratios"] = {ours: ratios(done[ours], done[row["name"]]) for ours in (MESH, GROWN)}
             row["median"] = Round(*np.median(done[row["name"]], axis=0).tolist())._asdict()
     return rows
 
 
 def refusal(rows: List[Dict[str, object]]) -> Optional[str]:
     """Why the comparison does not hold; None if it does."""
-    others = [row for row in rows if not str(row["name"]).startswith(OURS)]
+    others = [row for row in rows if row["name"] not in (MESH, GROWN)]
     measured = [row for row in others if "missing" not in row]
     if len(measured) < FEWEST_PEERS:
         return "peers measured: %d; at least %d must be" % (len(measured), FEWEST_PEERS)
@@ -203,19 +212,24 @@ def refusal(rows: List[Dict[str, object]]) -> Optional[str]:
 
 
 def cell(ratio: Dict[str, float]) -> str:
-    """A ratio with its spread: three digits tell enough."""
-    return "%.3g (%.3g to %.3g)" % (ratio["median"], ratio["least"], ratio["greatest"])
+    """A ratio with its spread."""
+    return "%s (%s to %s)" % tuple(short(ratio[key]) for key in ("median", "least", "greatest"))
 
 
-def table(rows: List[Dict[str, object]]) -> str:
-    """The ratios as Markdown."""
-    lines = ["| beside | same ranges | rays a second | file to first scan | memory |", "|---|---|---|---|---|"]
+def short(ratio: float) -> str:
+    """Two digits, or all before the point of a large one."""
+    return "%.0f" % ratio if ratio >= 10 else "%.1f" % ratio if ratio >= 1 else "%.2f" % ratio
+
+
+def table(rows: List[Dict[str, object]], ours: str) -> str:
+    """The ratios to one way of ours as Markdown."""
+    lines = ["| beside %s | same ranges | rays a second | file to first scan | memory |" % ours, "|---|---|---|---|---|"]
     for row in rows:
         name = ("%s %s" % (row["name"], row["version"])).strip()
         if "missing" in row:
             lines.append("| %s | not there: %s |  |  |  |" % (name, row["missing"]))
-        elif row["name"] != OURS:
-            found = [cell(row["ratios"][key]) for key in ("rays_per_s", "first_s", "memory_mb")]
+        elif row["name"] != ours:
+            found = [cell(row["ratios"][ours][key]) for key in ("rays_per_s", "first_s", "memory_mb")]
             lines.append("| %s | %.2f %% | %s |" % (name, 100 * row["agree"], " | ".join(found)))
     return "\n".join(lines)
 
@@ -245,8 +259,9 @@ def main() -> int:
         print(json.dumps({"machine": machine(), "rounds": asked.rounds, "rows": rows, "refused": why}, indent=1))
     else:
         print("%(cpu)s, %(cores)d cores, one of them used; Python %(python)s" % machine())
-        print("%d rounds; above 1 rowscan is ahead, below 1 the peer\n" % asked.rounds)
-        print(table(rows))
+        print("%d rounds; above 1 rowscan is ahead, below 1 the peer" % asked.rounds)
+        for ours in (MESH, GROWN):
+            print("\n" + table(rows, ours))
     if why:
         print("beside: %s" % why, file=sys.stderr)
     return 1 if why else 0

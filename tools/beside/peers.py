@@ -1,11 +1,10 @@
 """The peers that are Python packages, each as a child process of `beside.py`: `peers.py NAME TRIANGLES`.
 
-A child loads the triangles, casts one line, prints it as JSON, and then answers each line of standard input: `drive`, `ranges FILE`.
+A child loads the triangles, casts one line, prints it as JSON, and then answers each line of standard input: `ready`, `drive`, `ranges FILE`. The parent reads its processor time from /proc.
 """
 
 import json
 import sys
-import time
 from pathlib import Path
 from typing import Callable, Dict, NamedTuple
 
@@ -91,22 +90,24 @@ def main() -> int:
     name, mesh = sys.argv[1], Path(sys.argv[2])
     try:
         peer = PEERS[name](mesh)
-    except ImportError as why:
-        say(missing=str(why))
+    except (ImportError, OSError) as why:
+        # A library of the system that is not there, such as OpenGL's, is an OSError.
+        say(missing=str(why).partition("\n")[0])
         return 0
     peer.cast(peer.prepare(*drive.rays(1)))
     say(first=drive.BEAMS)
     rays = None
-    for asked in map(str.split, sys.stdin):
+    for line in sys.stdin:
+        asked = line.rstrip("\n").split(" ", 1)
+        # Not before the parent asks: what the rays take is no part of what the first line took.
         if rays is None:
             origins, directions = drive.rays(LINES.get(name, drive.LINES))
             rays = peer.prepare(origins, directions)
-        start = time.perf_counter()
-        ranges = peer.cast(rays)
-        seconds = time.perf_counter() - start
+        if asked[0] != "ready":
+            ranges = peer.cast(rays)
         if asked[0] == "ranges":
             Path(asked[1]).write_bytes(np.asarray(ranges, dtype="<f8").tobytes())
-        say(rays=len(ranges), seconds=seconds)
+        say(rays=len(origins))
     return 0
 
 

@@ -69,16 +69,17 @@ def row(name, **more):
     "agree, refused", [((0.971, 1.0), None), ((0.969, 1.0), "embree disagrees with rowscan for 3.1 % of the rays")]
 )
 def test_more_than_three_percent_of_disagreement_is_refused(agree, refused):
-    # Round branches are another row, of which more may differ.
-    rows = [row("rowscan", agree=1.0), row("rowscan, round branches", agree=0.5)]
+    # Ours with round branches is another row, of which more may differ.
+    rows = [row(beside.MESH, agree=1.0), row(beside.GROWN, agree=0.5)]
     rows += [row("embree", agree=agree[0]), row("open3d", agree=agree[1])]
     assert beside.refusal(rows) == refused
 
 
 def test_one_peer_is_too_few_and_a_missing_one_is_named():
-    rows = [row("rowscan", agree=1.0), row("embree", agree=1.0), row("helios++", missing="No module named 'pyhelios'")]
-    rows[1]["ratios"] = {key: {"median": 2.0, "least": 1.5, "greatest": 3.0} for key in ("rays_per_s", "first_s", "memory_mb")}
+    rows = [row(beside.MESH, agree=1.0), row("embree", agree=1.0), row("helios++", missing="No module named 'pyhelios'")]
+    ratio = {"median": 2.0, "least": 0.5, "greatest": 33.3}
+    rows[1]["ratios"] = {beside.MESH: dict.fromkeys(("rays_per_s", "first_s", "memory_mb"), ratio)}
     assert beside.refusal(rows) == "peers measured: 1; at least 2 must be"
-    lines = beside.table(rows).splitlines()
-    assert lines[2] == "| embree | 100.00 % | 2 (1.5 to 3) | 2 (1.5 to 3) | 2 (1.5 to 3) |"
+    lines = beside.table(rows, beside.MESH).splitlines()
+    assert lines[2] == "| embree | 100.00 % | 2.0 (0.50 to 33) | 2.0 (0.50 to 33) | 2.0 (0.50 to 33) |"
     assert lines[3].startswith("| helios++ | not there: No module named 'pyhelios'")

@@ -1,13 +1,12 @@
 //! rowscan's caster and parry3d as children of `tools/beside/beside.py`, which asks them for drives, line by line.
 //!
 //! `beside export SCENE FILE` writes a scene as PLY. `beside caster SCENE` and `beside parry3d FILE` load, cast one line, print it as
-//! JSON, and then answer each line of standard input: `drive`, `ranges FILE`.
+//! JSON, and then answer each line of standard input: `ready`, `drive`, `ranges FILE`. The parent reads their processor time from /proc.
 
 use std::error::Error;
 use std::hint::black_box;
 use std::io::{BufRead, Write};
 use std::path::Path;
-use std::time::Instant;
 
 use parry3d::math::Vector;
 use parry3d::query::{Ray, RayCast};
@@ -89,21 +88,18 @@ fn answer(cast: &mut dyn FnMut(usize, &mut [f64])) -> Result<(), Failure> {
     for asked in std::io::stdin().lock().lines() {
         let asked = asked?;
         match asked.split_once(' ') {
+            // Nothing is to be prepared here: the beams are made already.
+            None if asked == "ready" => {}
             None if asked == "drive" => {
-                let start = Instant::now();
                 for line in 0..LINES {
                     cast(line, &mut ranges);
                     black_box(&ranges);
                 }
-                let seconds = start.elapsed().as_secs_f64();
-                say(&serde_json::json!({ "rays": LINES * BEAMS, "seconds": seconds }))?;
             }
-            Some(("ranges", file)) => {
-                write_ranges(Path::new(file), cast)?;
-                say(&serde_json::json!({ "rays": LINES * BEAMS }))?;
-            }
-            _ => return Err(format!("expected `drive` or `ranges FILE`, found `{asked}`").into()),
+            Some(("ranges", file)) => write_ranges(Path::new(file), cast)?,
+            _ => return Err(format!("expected `ready`, `drive` or `ranges FILE`, found `{asked}`").into()),
         }
+        say(&serde_json::json!({ "rays": LINES * BEAMS }))?;
     }
     Ok(())
 }
