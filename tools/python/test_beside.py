@@ -61,8 +61,8 @@ def test_ratios_above_one_say_that_rowscan_is_ahead():
         drive.median_and_spread([])
 
 
-def row(name, **more):
-    return {"name": name, "version": "", **more}
+def row(name, agree=None, **more):
+    return {"name": name, "version": "", "agree": {beside.MESH: agree}, **more}
 
 
 @pytest.mark.parametrize(
