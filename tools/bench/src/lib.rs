@@ -1,5 +1,6 @@
 //! Our kernels beside well-kept peers: same scenes, same process, runs interleaved.
 
+pub mod beside;
 pub mod caster;
 pub mod codec;
 #[cfg(target_os = "linux")]

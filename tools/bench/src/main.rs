@@ -4,7 +4,8 @@ use std::process::ExitCode;
 
 use rowscan_benches::measure::Report;
 use rowscan_benches::{
-    caster, codec, fleet, hectare, lockstep, lockstep_reader, optics, proxy, replay, shady, sprayer, web,
+    beside, caster, codec, fleet, hectare, lockstep, lockstep_reader, optics, proxy, replay, shady, sprayer,
+    web,
 };
 
 /// A bench: its name and what runs it with the arguments after it.
@@ -30,6 +31,15 @@ fn main() -> ExitCode {
     if wanted == Some(lockstep_reader::NAME) {
         lockstep_reader::run(&arguments[1..]);
         return ExitCode::SUCCESS;
+    }
+    if wanted == Some(beside::NAME) {
+        return match beside::run(&arguments[1..]) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(why) => {
+                eprintln!("rowscan-benches beside: {why}");
+                ExitCode::FAILURE
+            }
+        };
     }
     let Some((_, run)) = BENCHES.iter().find(|(name, _)| Some(*name) == wanted) else {
         let names: Vec<&str> = BENCHES.iter().map(|(name, _)| *name).collect();

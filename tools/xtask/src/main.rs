@@ -13,6 +13,7 @@ mod full;
 mod layering;
 mod licences;
 mod lint;
+mod peers;
 mod python;
 mod readme;
 mod rust_tests;
@@ -61,6 +62,7 @@ const COMMANDS: &[Command] = &[
     ),
     ("screenshots", "[NAME…] pictures of the live page for docs/watch.md, made anew", screenshots::command),
     ("bench", "NAME: measure beside a peer", bench::command),
+    ("beside", "[--json] the caster beside the ray casters that users know: docs/beside.md", peers::command),
 ];
 
 fn main() -> ExitCode {

@@ -64,15 +64,25 @@ impl Python {
     /// Makes or reuses the environment with the pinned packages below the build directory.
     pub fn prepare(workspace: &Workspace) -> Result<Self, String> {
         let requirements = workspace.root.join("tools/python/requirements.txt");
+        Self::kept(&workspace.scratch("python")?, &requirements, |python| {
+            shell::run(python.install().arg("--requirement").arg(&requirements))
+        })
+    }
+
+    /// The environment in `folder`; made anew, with what `install` installs, when `requirements` has changed.
+    pub fn kept(
+        folder: &Path,
+        requirements: &Path,
+        install: impl FnOnce(&Self) -> Result<(), String>,
+    ) -> Result<Self, String> {
         let wanted =
-            fs::read_to_string(&requirements).map_err(|error| format!("requirements.txt: {error}"))?;
-        let folder = workspace.scratch("python")?;
+            fs::read_to_string(requirements).map_err(|error| format!("requirements.txt: {error}"))?;
         let stamp = folder.join("installed.txt");
         if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
-            return Ok(Self::of(&folder));
+            return Ok(Self::of(folder));
         }
-        let python = Self::make(&folder)?;
-        shell::run(python.install().arg("--requirement").arg(&requirements))?;
+        let python = Self::make(folder)?;
+        install(&python)?;
         fs::write(&stamp, wanted).map_err(|error| format!("{}: {error}", stamp.display()))?;
         Ok(python)
     }
