@@ -251,6 +251,9 @@ fn row(
     if let Some(SidesReport { slices_joined: 0, .. }) = estimate.other_side {
         estimate.warnings.push(Warning::SidesApart);
     }
+    if let Some(SidesReport { opposite: false, slices_joined: 1.., .. }) = estimate.other_side {
+        estimate.warnings.push(Warning::SidesSame);
+    }
     estimate.returns = Some(totals.returns);
     let (gaps, length_m) = pass.advance.unfilled();
     if gaps > 0 {

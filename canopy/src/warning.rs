@@ -270,6 +270,8 @@ pub enum Warning {
     },
     /// A pass from the row's other side has no slice in common with this one.
     SidesApart,
+    /// Another pass saw the row from the same side as this one.
+    SidesSame,
     /// The ground lies higher or lower than the rig has it.
     GroundLevel {
         /// How much higher, at the row axis, metres.
@@ -401,6 +403,7 @@ impl Warning {
             Self::EncoderJumped { .. } => "encoder_jumped",
             Self::SidesShifted { .. } => "sides_shifted",
             Self::SidesApart => "sides_apart",
+            Self::SidesSame => "sides_same",
             Self::ConstantSpeed { .. } => "constant_speed",
             Self::NoEncoder { .. } => "no_encoder",
             Self::NoTime { .. } => "no_time",

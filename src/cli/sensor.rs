@@ -80,6 +80,9 @@ pub(super) struct Sensors {
     _tasks: JoinSet<()>,
 }
 
+/// A scan that is older than the bus's time by more is no late one: the scanner's clock was set back, or stood.
+const LATE_NS: u64 = 100_000_000;
+
 /// One scanner's part in it.
 pub(super) struct Sensor {
     advance: AdvanceArg,
@@ -88,7 +91,10 @@ pub(super) struct Sensor {
     recorded: Option<RecordedSpeed>,
     measured: Option<Vec<Duration>>,
     clock: DeviceClock,
+    /// Time on the bus.
     now: SimTime,
+    /// A time on the bus, and what the scanner's clock told then.
+    anchor: (SimTime, SimTime),
     /// When the last telegram came, host time.
     received: Duration,
 }
@@ -171,6 +177,7 @@ impl Sensors {
             measured: self.idle.as_ref().map(|_| Vec::new()),
             clock: DeviceClock::default(),
             now: SimTime::ZERO,
+            anchor: (SimTime::ZERO, SimTime::ZERO),
             received: Duration::ZERO,
         }
     }
@@ -208,8 +215,7 @@ impl Sensor {
     pub(super) async fn push(&mut self, pipeline: &mut Pipeline, record: Record<'_>) {
         let scan = record.scan;
         let seconds = self.clock.seconds(scan.scan_time_us);
-        self.now = self.now.max(SimTime((seconds * 1e9) as u64));
-        self.received = record.received.0;
+        self.go_on(SimTime((seconds * 1e9) as u64), record.received.0);
         let speed = |source, speed_m_s| GroundSpeed { source, speed_m_s };
         match self.advance {
             AdvanceArg::Auto | AdvanceArg::Encoder => pipeline.push(scan),
@@ -251,6 +257,21 @@ impl Sensor {
         if now > self.received {
             self.pass(now);
             self.tell(pipeline).await;
+        }
+    }
+
+    /// The bus's time goes on as the scanner's clock does. Where that was set back, or host time has overtaken it in a silence, it goes on from where the bus is:
+    /// a bus that waited for the clock would be dead until then.
+    fn go_on(&mut self, told: SimTime, received: Duration) {
+        let (began, began_told) = self.anchor;
+        let reached = i128::from(began.0) + i128::from(told.0) - i128::from(began_told.0);
+        let reached = u64::try_from(reached).unwrap_or(0);
+        if self.now.0.saturating_sub(reached) > LATE_NS {
+            self.pass(received);
+            self.anchor = (self.now, told);
+        } else {
+            self.now = self.now.max(SimTime(reached));
+            self.received = received;
         }
     }
 

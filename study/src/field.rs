@@ -16,6 +16,9 @@ use crate::{moments, rms};
 pub use plan::{Planned, plan};
 pub use sheet::{MeasuredPiece, SheetError, read};
 
+/// Two-sided 95 % of a normal law.
+const NORMAL_95: f64 = 1.959_963_985;
+
 /// A piece's ends are those of metres or of a tree up to so much, metres.
 const AT_FACE_M: f64 = 0.005;
 /// A metre, or a tree, counts if so much of it was scanned.
@@ -282,7 +285,8 @@ pub fn calibrate(
         let other = of_mean(&of_recordings);
         half = if other.0 * other.1 > half.0 * half.1 { other } else { half };
     }
-    calibration.contact.k_sd = Some(half.0);
+    // Intervals are those of a normal law: by this deviation theirs is as wide as Student's, by which the factor is known.
+    calibration.contact.k_sd = Some(half.0 * half.1 / NORMAL_95);
     let raw_m2_per_m = mean(
         &pieces
             .iter()

@@ -187,8 +187,7 @@ async fn emulated_runs_of_every_model_replay_to_the_byte() {
 #[tokio::test(start_paused = true)]
 async fn the_driver_reads_a_replayed_scanner_in_either_dialect_and_keeps_what_is_recorded() {
     let Some(facts) = facts("replaying real recordings") else { return };
-    // Our driver wants neither remission nor time, which are left out, and of an LMS5xx the first echo, which is one of all that were recorded: nothing
-    // is refused.
+    // Our driver wants neither remission nor time, which are left out: nothing of it is refused.
     for (name, points) in [("lms111_startup_first88", 541), ("lms511_20210302", 1141)] {
         let packets = recorded(&facts.join("protocol/recordings"), name);
         let (_folder, x, _) = folder();
@@ -206,7 +205,9 @@ async fn the_driver_reads_a_replayed_scanner_in_either_dialect_and_keeps_what_is
                     other => panic!("{name}: {other:?}"),
                 }
             }
-            assert!(refused.is_empty(), "{name}: {refused:?}");
+            // Nothing tells which echo the recorded LMS511 sent: nobody is told that it was the first.
+            let unknown: &[&str] = if name.starts_with("lms511") { &["FREchoFilter"] } else { &[] };
+            assert_eq!(refused, unknown, "{name}");
             assert!(scans.iter().all(|scan| scan.beams.len() == points), "{name}");
             assert!(scans.iter().all(|scan| scan.echoes[0].remission.is_empty()), "{name}");
             both.push(scans);

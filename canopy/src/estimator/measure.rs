@@ -49,7 +49,6 @@ quantities! {
     Occluded = "occluded_share", "Share of the voxels that beams are aimed at and too few reached.";
     NeverVisited = "never_visited_share", "Share of the voxels that no beam leads to.";
     Saturated = "saturated_share", "Share of the entered cells in which every beam ended.";
-    LeafInclination = "leaf_inclination_deg", "Mean angle between leaves and the horizontal, by leaf area, degrees; wood counts as leaf.";
     HitsPerPatch = "hits_per_patch", "Beams that end on one patch of surface: what intervals are widened by.";
 }
 

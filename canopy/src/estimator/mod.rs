@@ -12,7 +12,6 @@ mod height;
 mod impacted;
 mod lwa;
 pub(crate) mod measure;
-mod normals;
 mod occlusion;
 mod polar;
 mod polar_cells;

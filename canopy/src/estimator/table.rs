@@ -1,9 +1,7 @@
 //! The list of estimators.
 
 use super::contract::EstimatorInfo;
-use super::{
-    gap, height, impacted, lwa, normals, occlusion, polar, porosity, tai, trv, volume, voxel, width,
-};
+use super::{gap, height, impacted, lwa, occlusion, polar, porosity, tai, trv, volume, voxel, width};
 
 /// Every estimator. To add one: its file, its line here.
 pub static TABLE: &[EstimatorInfo] = &[
@@ -19,7 +17,6 @@ pub static TABLE: &[EstimatorInfo] = &[
     trv::INFO,
     lwa::INFO,
     occlusion::INFO,
-    normals::INFO,
 ];
 
 /// The estimator of that name.

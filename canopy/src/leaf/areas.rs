@@ -43,6 +43,11 @@ impl LeafAreas {
         Self { best: Ok(leaf_m2), ..self }
     }
 
+    /// The same with what was met by contact.
+    pub(super) fn with_raw(self, contact_m2: f64) -> Self {
+        Self { contact_raw: Ok(contact_m2), ..self }
+    }
+
     /// What the leaf area is: by shares of spots where the row is measured by them, else by contact frequency.
     ///
     /// # Errors

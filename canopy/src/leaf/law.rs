@@ -186,8 +186,11 @@ impl<'a> Law<'a> {
 
     /// The leaf areas of a stretch that stands on `ground_length_m` of its row.
     pub(crate) fn areas(&self, of: &Sums, ground_length_m: f64) -> LeafAreas {
-        if let Some(why) = self.withheld {
-            return LeafAreas::withheld(why);
+        match self.withheld {
+            // What was met is known, wood or not.
+            Some(why @ Withheld::MostlyWood) => return LeafAreas::withheld(why).with_raw(of.contact_m2),
+            Some(why) => return LeafAreas::withheld(why),
+            None => {}
         }
         let ranged = self.ranged(of);
         let regression =

@@ -266,6 +266,10 @@ impl fmt::Display for Warning {
             Self::SidesApart => f.write_str(
                 "the pass from the other side has no part of the row in common with this one, so nothing was joined: correct --other-start or --other-back",
             ),
+            Self::SidesSame => f.write_str(
+                "by its rig the other pass saw the row from the same side as this one: it shows nothing that was hidden, and the same scans twice make no smaller error; \
+                 name the recording from the other alley, or its rig with --other-rig",
+            ),
             Self::ConstantSpeed { scans, speed_m_s, has_encoder } => {
                 let none = if *has_encoder { "" } else { " (this scanner's model tells no encoder's count)" };
                 write!(

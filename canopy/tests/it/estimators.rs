@@ -3,9 +3,8 @@
 use crate::common::slab::*;
 use crate::common::*;
 use rowscan_canopy::estimator::{TABLE, by_name};
-use rowscan_canopy::{Estimate, Footprint, LeafShape, Measure, Parameters, Pipeline, Quantity};
-use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::{BeamWidth, EchoChoice, Rig};
+use rowscan_canopy::{Estimate, Measure, Parameters, Pipeline, Quantity};
+use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 
 /// All estimators on these scans.
@@ -32,11 +31,8 @@ fn names_and_quantities_are_what_is_reported() {
     for info in TABLE {
         assert!(std::ptr::eq(by_name(info.name).unwrap(), info));
         for quantity in info.quantities {
-            // Leaves without a size have no plane.
-            let is_known = *quantity != Quantity::LeafInclination;
-            let reported = |m: &Measure| {
-                m.estimator == info.name && m.quantity == *quantity && m.value.is_some() == is_known
-            };
+            let reported =
+                |m: &Measure| m.estimator == info.name && m.quantity == *quantity && m.value.is_some();
             assert!(found.measures.iter().any(reported), "{} {quantity:?}", info.name);
         }
     }
@@ -238,26 +234,4 @@ fn an_estimate_in_mid_stream_leaves_the_measures_as_they_would_be() {
         }
     }
     assert_eq!(pipeline.finish(), measured(&rig(), parameters(), &scans));
-}
-
-#[test]
-fn the_planes_of_returns_tell_how_leaves_are_inclined() {
-    let inclination = |turned: Turned, rig: &Rig, parameters: Parameters| {
-        let scans = leafy_turned(turned, (1.0, 1.5, 0.04), 300, 3);
-        of(&measured(rig, parameters, &scans).measures, "normals", Quantity::LeafInclination).value
-    };
-    for deg in [20.0, 40.0, 60.0, 80.0] {
-        let found = inclination(Turned::By(deg), &rig(), parameters()).unwrap();
-        assert!((found - deg).abs() < 2.0, "{found} for {deg}");
-    }
-    // Turned any way the mean is a radian; what stands edge on and flat is left out unevenly.
-    let found = inclination(Turned::AnyWay, &rig(), parameters()).unwrap();
-    assert!((found - 1.0_f64.to_degrees()).abs() < 5.0, "{found}");
-    // Ranges through a spot as wide as a leaf are means over leaves: nothing is told.
-    let optics = AnyModel::by_name("lms111").unwrap().optics();
-    let footprint =
-        Footprint { echo: Some(EchoChoice::First), ..Footprint::of(optics, LeafShape::default()) };
-    let wide = Parameters { footprint: Some(footprint), ..parameters() };
-    let eye = Rig { optics: Some(BeamWidth::Device), ..rig() };
-    assert_eq!(inclination(Turned::By(40.0), &eye, wide), None);
 }

@@ -120,12 +120,14 @@ fn a_row_that_is_mostly_wood_has_no_leaf_area_and_pieces_add_up_to_a_row_that_is
     assert!(relative(pieces, leaf) < 1e-9, "{pieces} for {leaf}");
     assert!(window.unwrap().leaf.is_ok());
     // The same row by a calibration whose wood is nearly all of it: null, with a word, on the bus too.
-    let leafless = hedge_calibration(0.85);
+    let leafless = hedge_calibration(0.65);
     let (window, found) = told(&leafless);
     assert_eq!(found.leaf.areas.best_m2(), Err(Withheld::MostlyWood));
     assert_eq!(window.unwrap().leaf.unwrap_err(), Withheld::MostlyWood);
     assert!(found.warnings.iter().any(|warning| warning.code() == "mostly_wood"), "{:?}", found.warnings);
     assert!(found.leaf.areas.contact_m2().is_err() && found.impacted_total_area_m2 > Some(0.0));
+    // What was met is the wood, for who wants to know how much there is.
+    assert_eq!(found.leaf.areas.contact_raw_m2(), Ok(raw));
 }
 
 #[test]

@@ -76,7 +76,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
     /// End after so many scans of each
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     scans: Option<u64>,
     /// End after so many metres of row
     #[arg(long, value_name = "METRES", value_parser = metres, allow_negative_numbers = true)]

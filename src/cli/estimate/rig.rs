@@ -32,6 +32,8 @@ pub(super) struct Recorded {
     model: Option<AnyModel>,
     /// The width of the beams, where the recording knows it.
     optics: Option<BeamWidth>,
+    /// The echo that the scanner was asked for when the recording was made, where neither the rig nor the user says one.
+    echo: Option<EchoChoice>,
     /// The seed that it was made with, where the recording knows it.
     pub(super) seed: Option<u64>,
     pub(super) warnings: Vec<Warning>,
@@ -61,7 +63,8 @@ pub(super) fn load(
     let recorded = |(source, scanner): (&Source, &usize)| {
         let Some(recording) = source.peek() else { return Recorded::default() };
         let model = asked.is_none().then(|| recorded_model(source, &recording, (&rig, *scanner))).flatten();
-        Recorded { scanner: *scanner, model, ..Recorded::of(recording.about(), &rig, of_scene) }
+        let echo = recorded_echo(recording.about(), (&rig, *scanner));
+        Recorded { scanner: *scanner, model, echo, ..Recorded::of(recording.about(), &rig, of_scene) }
     };
     let recorded: Vec<Recorded> = sources.iter().zip(scanners).map(recorded).collect();
     tell(sources, &recorded);
@@ -81,6 +84,13 @@ fn recorded_model(source: &Source, recording: &Recording, (rig, scanner): (&Rig,
         ));
     }
     Some(model)
+}
+
+/// The echo that the recording's own rig has for this scanner, where the given one says nothing.
+fn recorded_echo(about: &About, (rig, scanner): (&Rig, usize)) -> Option<EchoChoice> {
+    let given = rig.scanners.get(scanner)?.echo;
+    let recorded = about.rig.as_deref().and_then(|text| files::rig_from_text(text, |_| ()).ok());
+    recorded?.scanners.get(scanner)?.echo.filter(|_| given.is_none())
 }
 
 /// Keys of a rig that are told where a recording was made with another.
@@ -121,7 +131,7 @@ impl Recorded {
     /// The rig that this source is measured by.
     pub(super) fn decides(&self, rig: &Rig) -> Rig {
         let rig = Rig { optics: self.optics.or(rig.optics), ..rig.clone() };
-        fitted_rig(rig, &[self.scanner], self.model, None)
+        fitted_rig(rig, &[self.scanner], self.model, self.echo)
     }
 }
 

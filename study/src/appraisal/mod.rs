@@ -176,7 +176,6 @@ impl Stretch<'_> {
                 self.row.finer.iter().filter(|_| self.whole).find(same)?.value
             }
             (_, Some(_)) => None,
-            (Quantity::LeafInclination, None) => self.row.truth.leaf_angle_mean_deg.filter(|_| self.whole),
             (Quantity::LeafArea, None) => Some(self.sum(|section| section.leaf_m2)),
             (Quantity::Lai, None) => Some(self.sum(|section| section.leaf_m2) / ground_m2?),
             (Quantity::TreeAreaIndex, None) => Some(self.sum(|section| section.facing_m2) / ground_m2?),

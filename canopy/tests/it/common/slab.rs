@@ -46,18 +46,9 @@ pub(crate) struct Disc {
     normal: [f64; 3],
 }
 
-/// How leaves are turned; round the vertical, any way.
-#[derive(Clone, Copy)]
-pub(crate) enum Turned {
-    AnyWay,
-    /// Each by this angle from the horizontal, degrees.
-    By(f64),
-}
-
-/// Discs of one size, thrown at random into the slab, over a length of row a little longer than scanned.
+/// Discs of one size, thrown and turned at random into the slab, over a length of row a little longer than scanned.
 pub(crate) fn discs(
     random: &mut Random,
-    turned: Turned,
     thick_m: f64,
     length_m: f64,
     density: f64,
@@ -73,10 +64,7 @@ pub(crate) fn discs(
                 y0 + (y1 - y0) * random.unit(),
                 0.5 + HIGH_M * random.unit(),
             ];
-            let up = match turned {
-                Turned::AnyWay => 2.0 * random.unit() - 1.0,
-                Turned::By(inclination_deg) => inclination_deg.to_radians().cos(),
-            };
+            let up = 2.0 * random.unit() - 1.0;
             let round = std::f64::consts::TAU * random.unit();
             let flat = (1.0 - up * up).sqrt();
             Disc { centre, normal: [flat * round.cos(), flat * round.sin(), up] }
@@ -101,18 +89,8 @@ pub(crate) fn first_hit(discs: &[&Disc], radius_m: f64, y_m: f64, theta: f64) ->
 
 /// A slab of discs turned any way, driven past at 50 Hz.
 pub(crate) fn leafy(thick_m: f64, density: f64, radius_m: f64, lines: u32, seed: u64) -> Vec<Scan> {
-    leafy_turned(Turned::AnyWay, (thick_m, density, radius_m), lines, seed)
-}
-
-/// The same turned so.
-pub(crate) fn leafy_turned(
-    turned: Turned,
-    (thick_m, density, radius_m): (f64, f64, f64),
-    lines: u32,
-    seed: u64,
-) -> Vec<Scan> {
     let length_m = f64::from(lines) * 0.02;
-    let leaves = discs(&mut Random(seed), turned, thick_m, length_m, density, radius_m);
+    let leaves = discs(&mut Random(seed), thick_m, length_m, density, radius_m);
     let mut near: Vec<&Disc> = Vec::new();
     let mut near_y_m = f64::NAN;
     drive(&rig(), lms111(), 50, lines, |y_m, theta| {
