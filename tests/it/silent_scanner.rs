@@ -12,31 +12,41 @@ fn withheld(log: &str) -> Vec<u8> {
     log.lines().filter_map(status).collect()
 }
 
+/// What the bus tells while 120 scans come of a scanner with these faults.
+fn told(faults: &str) -> Vec<u8> {
+    let (_folder, file) = folder();
+    let (rig, plan, log) = (file("row.toml"), file("faults.toml"), file("bus.log"));
+    std::fs::write(&plan, faults).expect("written");
+    let emulator = Emulator::start(&[&rig, "--faults", &plan]);
+    let bus = format!("candump:{log}");
+    let ended = run(&["estimate", &emulator.url(), "--rig", &rig, "--scans", "120", "--can", &bus]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    withheld(&std::fs::read_to_string(&log).expect("a log"))
+}
+
+const STALE: u8 = 14;
+
+fn stale(statuses: &[u8]) -> usize {
+    statuses.iter().filter(|status| **status == STALE).count()
+}
+
 /// A controller that trusts the last leaf area of a scanner whose cable is out sprays by it for ever.
 #[test]
 fn the_bus_says_that_a_silent_scanner_has_no_canopy() {
-    const STALE: u8 = 14;
-    let (_folder, file) = folder();
-    let (rig, faults) = (file("row.toml"), file("faults.toml"));
-    for (text, is_silent) in [
-        ("[[fault]]\nname = \"stall\"\nat = { scan = 40 }\nfor = { s = 1.5 }\n", true),
-        // The wrong twin: nothing happens to this one.
-        ("", false),
-    ] {
-        std::fs::write(&faults, text).expect("written");
-        let emulator = Emulator::start(&[&rig, "--faults", &faults]);
-        let log = file(if is_silent { "silent.log" } else { "steady.log" });
-        let bus = format!("candump:{log}");
-        let ended = run(&["estimate", &emulator.url(), "--rig", &rig, "--scans", "120", "--can", &bus]);
-        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
-        let statuses = withheld(&std::fs::read_to_string(&log).expect("a log"));
-        let stale = statuses.iter().filter(|status| **status == STALE).count();
-        if is_silent {
-            // From half a second of silence on, ten times a second.
-            assert!(stale >= 5, "{statuses:?}");
-            assert_ne!(statuses.last(), Some(&STALE), "it is back: {statuses:?}");
-        } else {
-            assert!(!statuses.is_empty() && stale == 0, "{statuses:?}");
-        }
-    }
+    let silent = told("[[fault]]\nname = \"stall\"\nat = { scan = 40 }\nfor = { s = 1.5 }\n");
+    // From half a second of silence on, ten times a second.
+    assert!(stale(&silent) >= 5, "{silent:?}");
+    assert_ne!(silent.last(), Some(&STALE), "it is back: {silent:?}");
+    // The wrong twin: nothing happens to this one.
+    let steady = told("");
+    assert!(!steady.is_empty() && stale(&steady) == 0, "{steady:?}");
+}
+
+/// The bus goes by the scanner's clock, and does not wait for one that was set back.
+#[test]
+fn a_clock_that_is_set_back_does_not_stop_the_bus() {
+    let steady = told("");
+    let set_back = told("[[fault]]\nname = \"clock_step\"\ns = -20\nat = { scan = 40 }\n");
+    assert!(set_back.len() * 10 >= steady.len() * 7, "{} frames for {}", set_back.len(), steady.len());
+    assert_eq!(stale(&set_back), 0, "{set_back:?}");
 }
