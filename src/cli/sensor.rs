@@ -93,8 +93,8 @@ pub(super) struct Sensor {
     clock: DeviceClock,
     /// Time on the bus.
     now: SimTime,
-    /// A time on the bus, and what the scanner's clock told then.
-    anchor: (SimTime, SimTime),
+    /// Time on the bus when the scanner's clock began to count.
+    anchor: SimTime,
     /// When the last telegram came, host time.
     received: Duration,
 }
@@ -177,7 +177,7 @@ impl Sensors {
             measured: self.idle.as_ref().map(|_| Vec::new()),
             clock: DeviceClock::default(),
             now: SimTime::ZERO,
-            anchor: (SimTime::ZERO, SimTime::ZERO),
+            anchor: SimTime::ZERO,
             received: Duration::ZERO,
         }
     }
@@ -214,8 +214,7 @@ impl Sensor {
     /// Works a scan in.
     pub(super) async fn push(&mut self, pipeline: &mut Pipeline, record: Record<'_>) {
         let scan = record.scan;
-        let seconds = self.clock.seconds(scan.scan_time_us);
-        self.go_on(SimTime((seconds * 1e9) as u64), record.received.0);
+        self.go_on(scan.scan_time_us, record.received.0);
         let speed = |source, speed_m_s| GroundSpeed { source, speed_m_s };
         match self.advance {
             AdvanceArg::Auto | AdvanceArg::Encoder => pipeline.push(scan),
@@ -260,17 +259,18 @@ impl Sensor {
         }
     }
 
-    /// The bus's time goes on as the scanner's clock does. Where that was set back, or host time has overtaken it in a silence, it goes on from where the bus is:
-    /// a bus that waited for the clock would be dead until then.
-    fn go_on(&mut self, told: SimTime, received: Duration) {
-        let (began, began_told) = self.anchor;
-        let reached = i128::from(began.0) + i128::from(told.0) - i128::from(began_told.0);
-        let reached = u64::try_from(reached).unwrap_or(0);
-        if self.now.0.saturating_sub(reached) > LATE_NS {
+    /// The bus's time goes on as the scanner's clock does. Where that was set back, or host time has overtaken it in a silence, the clock counts anew from where the
+    /// bus is: a bus that waited for the clock would be dead until then.
+    fn go_on(&mut self, scan_time_us: u32, received: Duration) {
+        let passed_ns = (self.clock.seconds(scan_time_us) * 1e9) as u64;
+        let reached = SimTime(self.anchor.0.saturating_add(passed_ns));
+        if self.now.0.saturating_sub(reached.0) > LATE_NS {
             self.pass(received);
-            self.anchor = (self.now, told);
+            self.anchor = self.now;
+            self.clock = DeviceClock::default();
+            self.clock.seconds(scan_time_us);
         } else {
-            self.now = self.now.max(SimTime(reached));
+            self.now = self.now.max(reached);
             self.received = received;
         }
     }

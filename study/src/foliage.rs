@@ -33,7 +33,7 @@ impl LaiRange {
         scene
     }
 
-    /// The lowest and highest index that these seeds draw, where they leave more than [`MOST_LEFT`] of the range empty: a law fitted on them would stand
+    /// The lowest and highest index that these seeds draw, where they leave more than a quarter of the range empty: a law fitted on them would stand
     /// for a range that has no row. Seeds draw independently, so few of them can lie close together.
     pub fn narrowed_to(self, seeds: &[u64]) -> Option<(f64, f64)> {
         let (low, high) = seeds

@@ -253,7 +253,9 @@ fn by_its_hint(optics: &str, leave_out: Option<&str>) -> Value {
     let scene = folder.path().join("two.toml");
     std::fs::write(&scene, SCENE).unwrap();
     let mut emulate = rowscan();
+    // Time waits: a slow machine would leave turns out, and areas are withheld then.
     emulate.args(["emulate", scene.to_str().unwrap(), "--optics", optics, "--tcp", "127.0.0.1:0"]);
+    emulate.args(["--time-scale", "max"]);
     let child = emulate.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the binary runs");
     let mut emulator = Emulator { child, address: String::new() };
     let said = BufReader::new(emulator.child.stderr.take().unwrap()).lines().map(|line| line.unwrap());
