@@ -120,10 +120,13 @@ impl Goodness {
     }
 }
 
+/// Standard normal quantile of a two-sided 95 % interval.
+pub const Z95: f64 = 1.959_963_985;
+
 /// Student's t that 97.5 % stay below, by the expansion about the normal quantile (Abramowitz and Stegun 26.7.5): to a thousandth from 5 degrees of
 /// freedom on.
 pub fn student_t_95(freedom: f64) -> f64 {
-    student_t(1.959_963_985, freedom)
+    student_t(Z95, freedom)
 }
 
 /// Student's t that 99.5 % stay below, by the same expansion.

@@ -1,7 +1,7 @@
 //! Where scans come from.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use rowscan_protocol::lms2xx::Rate;
@@ -47,6 +47,16 @@ pub enum Source {
         /// Which of its streams; the first by name of those with scans if none is named. Written behind a `#`.
         stream: Option<String>,
     },
+}
+
+impl Source {
+    /// The file of a recording; none of a live scanner.
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::Recording { path, .. } => Some(path),
+            _ => None,
+        }
+    }
 }
 
 /// The port SICK drivers dial when none is given.

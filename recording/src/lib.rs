@@ -100,7 +100,7 @@ pub use recorder::{Recorded, Recorder, RecorderOptions};
 #[cfg(feature = "files")]
 pub use repair::{Repaired, repair};
 #[cfg(feature = "files")]
-pub use scan_reader::ScanReader;
+pub use scan_reader::{MAX_PAYLOAD, ScanReader};
 pub use tap::{Tap, Taps};
 pub use wall_clock::WallClock;
 #[cfg(feature = "files")]

@@ -12,7 +12,7 @@ use rowscan_protocol::scan::Scan;
 use crate::{Joint, Packet, Side, StreamKind};
 
 /// The largest payload that is taken for one: twice that of the largest scan telegram in text.
-pub(crate) const MAX_PAYLOAD: usize = 64 * 1024;
+pub const MAX_PAYLOAD: usize = 64 * 1024;
 
 /// A session that only listens, to one stream.
 #[derive(Debug)]

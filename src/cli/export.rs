@@ -96,7 +96,7 @@ impl From<To> for TableFormat {
 
 pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     args.to.holds(args.what)?;
-    if !matches!(args.file, Source::Recording { .. }) {
+    if args.file.file().is_none() {
         return Err(Failure::Usage(format!("{} is live: `rowscan record` it first", args.file)));
     }
     TableFormat::from(args.to).check()?;

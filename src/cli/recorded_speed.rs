@@ -27,7 +27,7 @@ pub(super) struct RecordedSpeed {
 impl RecordedSpeed {
     /// Of the file that `source` is; none if it is a live scanner.
     pub(super) fn of(source: &Source, kind: StreamKind) -> Result<Option<Self>, Failure> {
-        let Source::Recording { path, .. } = source else { return Ok(None) };
+        let Some(path) = source.file() else { return Ok(None) };
         let speed = Self::read(path, kind).map_err(|cause| {
             Failure::Usage(format!("cannot read the ground speed from {}: {cause}", path.display()))
         })?;

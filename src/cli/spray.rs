@@ -85,7 +85,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             args.sources.len()
         )));
     }
-    if let Some(file) = args.sources.iter().find(|source| matches!(source, Source::Recording { .. })) {
+    if let Some(file) = args.sources.iter().find(|source| source.file().is_some()) {
         return Err(Failure::Usage(format!(
             "expected a live scanner, such as tcp://HOST:PORT, found the file {file}"
         )));

@@ -3,9 +3,9 @@
 use rowscan_protocol::compact::StreamDecoder;
 use rowscan_protocol::frame::{Accept, FrameDecoder};
 use rowscan_protocol::lms2xx::frame::{self as serial, Listener, Received};
-use rowscan_recording::StreamKind;
+use rowscan_recording::{MAX_PAYLOAD, StreamKind};
 
-use super::{Entry, MAX_PAYLOAD, Options, Piece, Stream, compact, lms2xx};
+use super::{Entry, Options, Piece, Stream, compact, lms2xx};
 
 /// Reads on where it stopped. What is no telegram is passed over.
 #[derive(Debug)]

@@ -15,16 +15,13 @@ use std::ops::Range;
 use rowscan_protocol::device::command;
 use rowscan_protocol::frame::{Accept, Dialect, Frame, FrameDecoder, fault};
 use rowscan_protocol::telegram::Telegram;
-use rowscan_recording::{Side, StreamKind};
+use rowscan_recording::{MAX_PAYLOAD, Side, StreamKind};
 use serde::Serialize;
 
 use description::Description;
 pub use filter::Filter;
 pub use follow::Follow;
 pub use input::{Input, InputError};
-
-/// The largest payload that is taken for one: twice that of the largest scan telegram in text.
-const MAX_PAYLOAD: usize = 64 * 1024;
 
 /// Most lines of one transcript: all of them are held at once, to be put in order.
 pub const MOST_LINES: usize = 2_000_000;

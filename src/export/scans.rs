@@ -158,7 +158,8 @@ mod tests {
             let sent = [range(), range(), range()];
             std::fs::write(&file, written(&sent, TableFormat::Csv).expect("text")).expect("kept");
             let mut frames = FrameReader::new(Recording::open(&file).expect("it opens"));
-            let mut reader = ScanReader::new(StreamKind::Cola, 64 * 1024).expect("a scanner's");
+            let mut reader =
+                ScanReader::new(StreamKind::Cola, rowscan_recording::MAX_PAYLOAD).expect("a scanner's");
             while let Some(frame) = frames.next_frame().expect("it reads") {
                 reader.push_bytes(Duration::ZERO, &frame.bytes);
             }

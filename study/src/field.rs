@@ -7,7 +7,7 @@ mod sheet;
 use rowscan_canopy::calibration::{
     CalibrationClass, ClumpingBy, FitError, MIN_SAMPLES, Provenance, Sample, fit,
 };
-use rowscan_canopy::regression::{mean, student_t_95};
+use rowscan_canopy::regression::{Z95, mean, student_t_95};
 use rowscan_canopy::{Calibration, Estimate, PieceLeaf, Withheld};
 use serde::Serialize;
 
@@ -15,9 +15,6 @@ use crate::{moments, rms};
 
 pub use plan::{Planned, plan};
 pub use sheet::{MeasuredPiece, SheetError, read};
-
-/// Two-sided 95 % of a normal law.
-const NORMAL_95: f64 = 1.959_963_985;
 
 /// A piece's ends are those of metres or of a tree up to so much, metres.
 const AT_FACE_M: f64 = 0.005;
@@ -286,7 +283,7 @@ pub fn calibrate(
         half = if other.0 * other.1 > half.0 * half.1 { other } else { half };
     }
     // Intervals are those of a normal law: by this deviation theirs is as wide as Student's, by which the factor is known.
-    calibration.contact.k_sd = Some(half.0 * half.1 / NORMAL_95);
+    calibration.contact.k_sd = Some(half.0 * half.1 / Z95);
     let raw_m2_per_m = mean(
         &pieces
             .iter()

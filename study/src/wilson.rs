@@ -1,8 +1,9 @@
 //! Wilson's interval of a share.
 
+use rowscan_canopy::regression::Z95 as Z;
+
 /// The 95 % interval of a probability of which `held` of `of` trials came true (Wilson 1927).
 pub(crate) fn wilson(held: usize, of: usize) -> [f64; 2] {
-    const Z: f64 = 1.959_963_985;
     if of == 0 {
         return [0.0, 1.0];
     }

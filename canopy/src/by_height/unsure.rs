@@ -3,7 +3,8 @@
 //! What a row's blocks scatter by is not all: at a crown's top and base beams meet wood for leaves, or thin tips not at all, in every block alike. How much that is, the study of
 //! bands says, in three numbers for rays and three for beams with a width.
 
-use crate::uncertainty::{Z95, combined};
+use crate::regression::Z95;
+use crate::uncertainty::combined;
 
 /// Height of a band that the numbers below are of, metres.
 const STUDIED_M: f64 = 0.25;

@@ -11,8 +11,9 @@ use super::quality::FitQuality;
 use super::witness::Witness;
 use super::wood::Wood;
 
-/// One row (never an isolated tree: neighbours shade each other) with its true leaf area.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// One row (never an isolated tree: neighbours shade each other) with its true leaf area. The default is of nothing, and is refused by a fit: it fills in what a row
+/// does not tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sample {
     /// Metres of row scanned, gaps of a metre and more left out.

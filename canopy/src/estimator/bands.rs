@@ -79,7 +79,7 @@ impl Bands {
 
 /// Wilson's 95 % interval of a share seen on `looks` independent looks (Wilson 1927, J. Am. Stat. Assoc. 22:209).
 pub(super) fn wilson(share: f64, looks: f64) -> [f64; 2] {
-    let z = super::contract::Z95;
+    let z = crate::regression::Z95;
     let (middle, scale) = (share + z * z / (2.0 * looks), 1.0 + z * z / looks);
     let half = z * (share * (1.0 - share) / looks + z * z / (4.0 * looks * looks)).sqrt();
     [((middle - half) / scale).max(0.0), ((middle + half) / scale).min(1.0)]

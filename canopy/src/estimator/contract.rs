@@ -110,6 +110,3 @@ impl Clone for Box<dyn Estimator> {
         self.as_ref().boxed()
     }
 }
-
-/// Standard normal quantile of a two-sided 95 % interval.
-pub(super) const Z95: f64 = 1.959_963_985;

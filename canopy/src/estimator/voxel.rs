@@ -9,8 +9,9 @@
 //! the slice's hits a patch. This factor is ours, not the paper's; `tests/estimators.rs` holds the interval's coverage. For beams with a width the interval
 //! also holds what their correction may be off.
 
-use super::contract::{Estimator, EstimatorInfo, Setting, Slice, Stretch, Z95};
+use super::contract::{Estimator, EstimatorInfo, Setting, Slice, Stretch};
 use super::measure::{Measure, Quantity};
+use crate::regression::Z95;
 use crate::voxels::Voxel;
 
 pub(super) const INFO: EstimatorInfo = EstimatorInfo {

@@ -5,7 +5,7 @@ use super::scatter::PieceScatter;
 use super::shrink::{Piece, Shrunk, shrink};
 use crate::estimate::Estimate;
 use crate::leaf::PieceLeaf;
-use crate::uncertainty::Z95;
+use crate::regression::Z95;
 
 /// Relative standard deviations of the row's leaf area; `None` where they are unknown.
 #[derive(Clone, Copy, Debug, Default)]

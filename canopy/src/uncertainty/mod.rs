@@ -7,12 +7,10 @@ use serde::Serialize;
 
 use crate::class::{ClassKey, Compared, Standing};
 use crate::leaf::Count;
+use crate::regression::Z95;
 
 pub use between_class::{BetweenClass, between_class};
 pub(crate) use blocks::relative_sd;
-
-/// Two-sided 95 %.
-pub(crate) const Z95: f64 = 1.959_963_985;
 
 /// Relative standard deviations of a leaf area, each from one cause; `None` where it is unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

@@ -2,33 +2,10 @@
 
 use crate::common::*;
 use rowscan_canopy::calibration::{
-    CalibrationClass, CalibrationError, ClumpingBy, ContactScale, EchoRule, FitQuality, FittedRange,
-    FittedRows, Optics, Provenance, RegressionKind,
+    CalibrationError, ClumpingBy, ContactScale, FitQuality, FittedRange, FittedRows, RegressionKind,
 };
-use rowscan_canopy::{
-    Calibration, CanopyClass, Estimate, FitError, Pipeline, RowClass, Sample, Withheld, fit,
-};
+use rowscan_canopy::{Calibration, Estimate, FitError, Pipeline, RowClass, Sample, Withheld, fit};
 use rowscan_protocol::rig::Rig;
-
-pub(crate) fn class() -> CalibrationClass {
-    CalibrationClass {
-        preset: "spindle".into(),
-        shady_threshold_percent: 101.0,
-        growth_stage: "10 iterations".into(),
-        tree_spacing_m: 1.5,
-        scanner_model: "lms111".into(),
-        resolution_deg: 0.5,
-        echo_rule: EchoRule::First,
-        optics: Optics::Ideal,
-        distance_m: None,
-        line_spacing_m: None,
-        canopy: CanopyClass::default(),
-    }
-}
-
-pub(crate) fn provenance() -> Provenance {
-    Provenance { command: "rowscan study areas --rows 8".into(), seeds: vec![1, 2, 3] }
-}
 
 /// Rows of several lengths with a leaf area that is a function of the impacted area a metre.
 fn rows(leaf_per_m: impl Fn(f64) -> f64) -> Vec<Sample> {
@@ -42,10 +19,7 @@ fn rows(leaf_per_m: impl Fn(f64) -> f64) -> Vec<Sample> {
                 impacted_total_area_m2: impacted * length_m,
                 contact_leaf_area_m2: 1.25 * leaf_per_m(impacted) * length_m,
                 leaf_area_m2: leaf_per_m(impacted) * length_m,
-                spot_relative_sd: 0.0,
-                share_leaf_area_m2: None,
-                clumping: ClumpingBy::Constant,
-                wood_area_m2: None,
+                ..Sample::default()
             }
         })
         .collect()
@@ -91,9 +65,7 @@ fn contact_of(leaf_m2: &dyn Fn(usize, f64) -> f64, spot_relative_sd: f64) -> Con
             contact_leaf_area_m2: 2.0 * x,
             leaf_area_m2: 2.0 * leaf_m2(i, x),
             spot_relative_sd,
-            share_leaf_area_m2: None,
-            clumping: ClumpingBy::Constant,
-            wood_area_m2: None,
+            ..Sample::default()
         }
     };
     line_on(&(0..10).map(row).collect::<Vec<_>>()).contact
@@ -305,10 +277,7 @@ fn around(impacted: f64, contact: f64) -> Calibration {
             impacted_total_area_m2: f * impacted,
             contact_leaf_area_m2: f * contact,
             leaf_area_m2: 1.0 + 2.0 * f * impacted,
-            spot_relative_sd: 0.0,
-            share_leaf_area_m2: None,
-            clumping: ClumpingBy::Constant,
-            wood_area_m2: None,
+            ..Sample::default()
         })
         .collect();
     line_on(&samples)
@@ -380,10 +349,7 @@ fn a_regression_that_tells_less_than_half_of_what_rows_differ_by_is_withheld() {
                 impacted_total_area_m2: f * impacted,
                 contact_leaf_area_m2: f * contact,
                 leaf_area_m2: 1.0 + 2.0 * f * impacted + off,
-                spot_relative_sd: 0.0,
-                share_leaf_area_m2: None,
-                clumping: ClumpingBy::Constant,
-                wood_area_m2: None,
+                ..Sample::default()
             })
             .collect();
         line_on(&samples)

@@ -1,7 +1,7 @@
 //! What is told of a row's class: warnings and the interval's width, and no other number.
 
 use crate::common::*;
-use rowscan_canopy::calibration::{CalibrationClass, ClumpingBy, EchoRule, Optics, Provenance};
+use rowscan_canopy::calibration::{CalibrationClass, Provenance};
 use rowscan_canopy::{Calibration, CanopyClass, Estimate, Parameters, Pipeline, RowClass, Sample, fit};
 use rowscan_protocol::rig::{BeamWidth, Mount, Rig};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
@@ -35,27 +35,17 @@ fn row_class() -> RowClass {
 
 fn calibration(canopy: CanopyClass) -> Calibration {
     let class = CalibrationClass {
-        preset: "spindle".into(),
-        shady_threshold_percent: 101.0,
-        growth_stage: "10 iterations".into(),
-        tree_spacing_m: 1.5,
-        scanner_model: "lms111".into(),
-        resolution_deg: 0.5,
-        echo_rule: EchoRule::First,
-        optics: Optics::Ideal,
         distance_m: Some(Mount::default().distance_m),
         line_spacing_m: Some(0.02),
         canopy,
+        ..class()
     };
     let sample = |f: f64| Sample {
         length_m: 10.0,
         impacted_total_area_m2: 10.0 * f,
         contact_leaf_area_m2: 20.0 * f,
         leaf_area_m2: 18.0 * f,
-        spot_relative_sd: 0.0,
-        share_leaf_area_m2: None,
-        clumping: ClumpingBy::Constant,
-        wood_area_m2: None,
+        ..Sample::default()
     };
     fit(&[0.2, 0.5, 1.0, 2.0, 4.0].map(sample), class, Provenance::default()).expect("it fits")
 }

@@ -2,7 +2,7 @@
 
 use crate::common::slab::*;
 use crate::common::*;
-use rowscan_canopy::calibration::{self, CalibrationClass, CanopyClass, ClumpingBy, EchoRule, Provenance};
+use rowscan_canopy::calibration::{self, CalibrationClass, CanopyClass, EchoRule, Provenance};
 use rowscan_canopy::estimate::LeafAreaEstimator;
 use rowscan_canopy::{
     Calibration, Estimate, Footprint, FrontWindow, LeafShape, Parameters, Pipeline, PipelineError,
@@ -250,10 +250,8 @@ fn fitted(found: &Estimate) -> Calibration {
             impacted_total_area_m2: f * found.impacted_total_area_m2.unwrap(),
             contact_leaf_area_m2: f * found.leaf.areas.contact_raw_m2().ok().unwrap(),
             leaf_area_m2: 1.1 * f * found.leaf.areas.share_raw_m2().ok().unwrap(),
-            spot_relative_sd: 0.0,
             share_leaf_area_m2: found.leaf.areas.share_raw_m2().ok().map(|share_m2| f * share_m2),
-            clumping: ClumpingBy::Constant,
-            wood_area_m2: None,
+            ..Sample::default()
         })
         .collect();
     let class = CalibrationClass {

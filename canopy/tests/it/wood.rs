@@ -1,9 +1,8 @@
 //! Wood that a calibration takes out of what beams meet.
 
-use rowscan_canopy::calibration::{CalibrationError, ClumpingBy, ContactScale, Wood};
+use rowscan_canopy::calibration::{CalibrationError, ContactScale, Wood};
 use rowscan_canopy::{Calibration, FitError, Pipeline, Sample, Withheld, fit};
 
-use crate::calibration::{class, provenance};
 use crate::common::*;
 
 /// Wood of the rows below, half of its surface a metre, m²/m.
@@ -18,10 +17,8 @@ fn rows(leaf_m2_per_m: &[f64], met: f64) -> Vec<Sample> {
             impacted_total_area_m2: 0.3 * leaf * length_m,
             contact_leaf_area_m2: met * (leaf + WOOD_M2_PER_M) * length_m,
             leaf_area_m2: leaf * length_m,
-            spot_relative_sd: 0.0,
-            share_leaf_area_m2: None,
-            clumping: ClumpingBy::Constant,
             wood_area_m2: Some(2.0 * WOOD_M2_PER_M * length_m),
+            ..Sample::default()
         }
     };
     leaf_m2_per_m.iter().enumerate().map(row).collect()
@@ -98,10 +95,8 @@ fn hedge_calibration(wood_share: f64) -> Calibration {
         impacted_total_area_m2: f * impacted,
         contact_leaf_area_m2: f * contact,
         leaf_area_m2: (f - wood_share) * contact,
-        spot_relative_sd: 0.0,
-        share_leaf_area_m2: None,
-        clumping: ClumpingBy::Constant,
         wood_area_m2: Some(2.0 * wood_share * contact),
+        ..Sample::default()
     };
     fit(&[0.9, 1.0, 1.1].map(row), class(), provenance()).unwrap()
 }

@@ -70,7 +70,7 @@ impl MapArgs {
             output::can_be_written(path)?;
             files.push((path.clone(), format));
         }
-        let live = sources.iter().find(|source| !matches!(source, Source::Recording { .. }));
+        let live = sources.iter().find(|source| source.file().is_none());
         if let Some(live) = live.filter(|_| !files.is_empty() && self.map_from.is_none()) {
             return Err(Failure::Usage(format!(
                 "--map takes its places from a receiver in the recording, and {live} is live: `rowscan record` both first, or say where the row lies with --map-from LAT,LON,AZIMUTH"
@@ -101,7 +101,7 @@ impl Maps {
         if let Some(stated) = self.stated {
             return Ok(RowOnEarth::Stated(stated));
         }
-        let Source::Recording { path, .. } = source else {
+        let Some(path) = source.file() else {
             return Ok(RowOnEarth::told(Vec::new(), Lever::default()));
         };
         let antenna = self.antenna.or_else(|| self.of_scene.map(|antenna| antenna.beside(rig, scanner)));

@@ -12,7 +12,7 @@ mod rig;
 mod scanner_report;
 mod truth;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 use rowscan_canopy::{CutMethod, Enough, Warning};
@@ -224,9 +224,9 @@ impl Args {
             let calibration =
                 self.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
             let encoder = self.sensor.wants_encoder();
-            let mut reading = match source {
-                Source::Recording { .. } => Reading::of_recording(rig, *scanner, encoder, calibration),
-                _ => Reading::of(rig, *scanner, encoder, calibration),
+            let mut reading = match source.file() {
+                Some(_) => Reading::of_recording(rig, *scanner, encoder, calibration),
+                None => Reading::of(rig, *scanner, encoder, calibration),
             }?;
             reading.pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
             if let Some(band_m) = self.profile.profile {
@@ -245,16 +245,12 @@ impl Args {
 
     /// All of it is in files: there is an end, and no result before it.
     fn is_recorded(&self) -> bool {
-        self.sources.iter().all(|source| matches!(source, Source::Recording { .. }))
+        self.sources.iter().all(|source| source.file().is_some())
     }
 
     /// The files of its recordings.
     fn files(&self) -> Vec<PathBuf> {
-        let file = |source: &Source| match source {
-            Source::Recording { path, .. } => Some(path.clone()),
-            _ => None,
-        };
-        self.sources.iter().filter_map(file).collect()
+        self.sources.iter().filter_map(Source::file).map(Path::to_owned).collect()
     }
 
     /// Recordings wait for who reads them.

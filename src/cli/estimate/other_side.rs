@@ -73,14 +73,6 @@ impl Here<'_> {
     }
 }
 
-/// The file of a recording.
-fn recording(source: &Source) -> Option<&Path> {
-    match source {
-        Source::Recording { path, .. } => Some(path),
-        _ => None,
-    }
-}
-
 /// Gives a pipeline all that a recording holds, and keeps the way.
 async fn drive(source: &Source, pipeline: &mut Pipeline) -> Result<Way, Failure> {
     let mut way = Way::default();
@@ -120,7 +112,7 @@ impl OtherSideArgs {
                 sources.len()
             )));
         };
-        if self.is_by_receivers() && recording(here).is_none() {
+        if self.is_by_receivers() && here.file().is_none() {
             return Err(Failure::Usage(format!(
                 "--other-start gnss needs the receiver of this pass too, and {here} is live: record it first, or say --other-start METRES"
             )));
@@ -129,7 +121,7 @@ impl OtherSideArgs {
             let why = "--other-start gnss says itself which way that pass went: leave --other-back out";
             return Err(Failure::Usage(why.to_owned()));
         }
-        if recording(source).is_none() {
+        if source.file().is_none() {
             return Err(Failure::Usage(format!(
                 "--other-side must be a recording, found `{source}`: it is read whole before this pass"
             )));
@@ -215,7 +207,7 @@ fn row(
     scene: Option<&Scene>,
     way: &Way,
 ) -> Result<RowOnEarth, Failure> {
-    let path = recording(source).unwrap_or(Path::new(""));
+    let path = source.file().unwrap_or(Path::new(""));
     let antenna = here.antenna_of((rig, scanner), scene);
     row_by_receiver(path, (rig, scanner), way, antenna, "say --other-start METRES")
 }

@@ -63,8 +63,7 @@ pub(super) fn load(
     let recorded = |(source, scanner): (&Source, &usize)| {
         let Some(recording) = source.peek() else { return Recorded::default() };
         let model = asked.is_none().then(|| recorded_model(source, &recording, (&rig, *scanner))).flatten();
-        let echo = recorded_echo(recording.about(), (&rig, *scanner));
-        Recorded { scanner: *scanner, model, echo, ..Recorded::of(recording.about(), &rig, of_scene) }
+        Recorded { model, ..Recorded::of(recording.about(), (&rig, *scanner), of_scene) }
     };
     let recorded: Vec<Recorded> = sources.iter().zip(scanners).map(recorded).collect();
     tell(sources, &recorded);
@@ -86,13 +85,6 @@ fn recorded_model(source: &Source, recording: &Recording, (rig, scanner): (&Rig,
     Some(model)
 }
 
-/// The echo that the recording's own rig has for this scanner, where the given one says nothing.
-fn recorded_echo(about: &About, (rig, scanner): (&Rig, usize)) -> Option<EchoChoice> {
-    let given = rig.scanners.get(scanner)?.echo;
-    let recorded = about.rig.as_deref().and_then(|text| files::rig_from_text(text, |_| ()).ok());
-    recorded?.scanners.get(scanner)?.echo.filter(|_| given.is_none())
-}
-
 /// Keys of a rig that are told where a recording was made with another.
 const MOST_TOLD: usize = 12;
 
@@ -103,8 +95,8 @@ const TOLD_FIRST: [&str; 5] = ["distance_m", "height_m", "speed_m_s", "roof", "r
 const TOLD_ELSEWHERE: [&str; 3] = ["model", "echo", "optics"];
 
 impl Recorded {
-    /// Of a recording that says this, measured by `rig`, which the scene of this name has.
-    fn of(about: &About, rig: &Rig, of_scene: Option<&str>) -> Self {
+    /// Of a recording that says this, measured by a scanner of `rig`, which the scene of this name has.
+    fn of(about: &About, (rig, scanner): (&Rig, usize), of_scene: Option<&str>) -> Self {
         let here = rig_text(rig);
         let mut others = match (about.rig.as_deref(), &here) {
             (Some(recorded), Some(here)) => differences(recorded, here),
@@ -115,8 +107,10 @@ impl Recorded {
         others.truncate(MOST_TOLD);
         others.extend((more > 0).then(|| format!("{more} more")));
         let other_rig = (!others.is_empty()).then_some(Warning::OtherRig { differences: others });
-        // A rig that cannot be read says nothing of optics; old ones are read as they are elsewhere.
+        // A rig that cannot be read says nothing of optics and echo; old ones are read as they are elsewhere.
         let recorded = about.rig.as_deref().and_then(|text| files::rig_from_text(text, |_| ()).ok());
+        let echo_of = |rig: &Rig| rig.scanners.get(scanner)?.echo;
+        let echo = recorded.as_ref().and_then(echo_of).filter(|_| echo_of(rig).is_none());
         let optics = recorded.and_then(|rig| rig.optics);
         // Only an emulator has a seed, and it knows what its beams are.
         let is_known = about.seed.is_some();
@@ -125,7 +119,7 @@ impl Recorded {
         let other_optics =
             other_optics.map(|(recorded, given)| Warning::OtherOptics { recorded, given, is_known });
         let warnings = other_rig.into_iter().chain(other_optics).collect();
-        Self { optics, seed: about.seed, warnings, other_scene, ..Self::default() }
+        Self { scanner, optics, echo, seed: about.seed, warnings, other_scene, ..Self::default() }
     }
 
     /// The rig that this source is measured by.
@@ -228,7 +222,7 @@ mod tests {
             }
         };
         let about = About { rig: rig_text(&rig(1.0)), ..About::default() };
-        let recorded = Recorded::of(&about, &rig(2.0), None);
+        let recorded = Recorded::of(&about, (&rig(2.0), 0), None);
         let [Warning::OtherRig { differences }] = recorded.warnings.as_slice() else {
             panic!("{recorded:?}")
         };
@@ -248,12 +242,30 @@ mod tests {
             .flat_map(|(made, given)| [None, Some(7)].map(|seed| (made, given, seed)))
         {
             let about = About { rig: rig_text(&rig(made)), seed, ..About::default() };
-            let recorded = Recorded::of(&about, &rig(given), None);
+            let recorded = Recorded::of(&about, (&rig(given), 0), None);
             let differ = made.is_some() && given.is_some() && made != given;
             let case = format!("made {made:?}, given {given:?}, seed {seed:?}: {recorded:?}");
             assert_eq!(recorded.warnings.len(), usize::from(differ), "{case}");
             let expected = if differ && seed.is_some() { made } else { given };
             assert_eq!(recorded.decides(&rig(given)).optics, expected, "{case}");
+        }
+    }
+
+    #[test]
+    fn the_echo_that_was_asked_for_is_the_recordings_where_the_rig_says_none() {
+        let rig = |echo| Rig {
+            scanners: vec![Mount::default(), Mount { echo, ..Mount::default() }],
+            ..Rig::default()
+        };
+        let echoes = [None, Some(EchoChoice::First), Some(EchoChoice::Last)];
+        for (made, given) in echoes.into_iter().flat_map(|made| echoes.map(|given| (made, given))) {
+            let about = About { rig: rig_text(&rig(made)), ..About::default() };
+            let echo_of = |scanner: usize| {
+                let recorded = Recorded::of(&about, (&rig(given), scanner), None);
+                recorded.decides(&rig(given)).scanners.get(scanner).and_then(|mount| mount.echo)
+            };
+            assert_eq!(echo_of(1), given.or(made), "made {made:?}, given {given:?}");
+            assert_eq!(echo_of(0), None, "another scanner's echo is not this one's");
         }
     }
 }

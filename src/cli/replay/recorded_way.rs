@@ -6,14 +6,11 @@ use rowscan_canopy::{AdvanceSource, GroundSpeed};
 use rowscan_emulator::replay::{Part, ReplayError, Survey};
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::rig::Rig;
-use rowscan_recording::{ReadError, Recording, ScanReader};
+use rowscan_recording::{MAX_PAYLOAD, ReadError, Recording, ScanReader};
 use rowscan_study::reading::{CalibrationChoice, Reading};
 
 use super::super::Failure;
 use super::super::recorded_speed::RecordedSpeed;
-
-/// The largest payload that is taken for one, as elsewhere.
-const MAX_PAYLOAD: usize = 64 * 1024;
 
 /// What tells the way.
 pub(super) enum RecordedWay {

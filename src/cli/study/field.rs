@@ -111,7 +111,7 @@ async fn calibrate(args: &Args, rig: &Rig, sheet: &Path) -> Result<Outcome, Fail
 async fn estimate(args: &Args, rig: &Rig, path: &Path) -> Result<Estimate, Failure> {
     let source: Source =
         path.to_string_lossy().parse().map_err(|cause| Failure::Usage(format!("{cause}")))?;
-    if !matches!(source, Source::Recording { .. }) {
+    if source.file().is_none() {
         return Err(Failure::Usage(format!("{source} is live: `rowscan record` it first")));
     }
     let choice = args.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);

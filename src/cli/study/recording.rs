@@ -28,7 +28,7 @@ pub(in crate::cli) struct Args {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let model = models::find(&args.model)?;
-    if !matches!(args.file, Source::Recording { .. }) {
+    if args.file.file().is_none() {
         return Err(Failure::Usage(format!("{} is live: `rowscan record` it first", args.file)));
     }
     let mut scanner = Scanner::open(&args.file, DriverConfig::default()).await?;

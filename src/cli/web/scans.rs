@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
-use rowscan_recording::{ScanReader, Side, StreamKind, Tap, Taps};
+use rowscan_recording::{MAX_PAYLOAD, ScanReader, Side, StreamKind, Tap, Taps};
 use rowscan_web::Show;
 use tokio::sync::mpsc;
 
@@ -16,8 +16,6 @@ use super::talk::NowOf;
 
 /// Writes that may wait; more are passed over, for a byte path waits for no page.
 const WAITING: usize = 256;
-/// The largest payload that is taken for one.
-const MAX_PAYLOAD: usize = 64 * 1024;
 
 /// Bytes of a device.
 struct Sent {

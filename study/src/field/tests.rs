@@ -33,10 +33,7 @@ fn pieces(recording: &str, raw_m2: &[f64], factor: f64) -> Vec<ScannedPiece> {
             impacted_total_area_m2: 1.0 + raw_m2 / 10.0,
             contact_leaf_area_m2: *raw_m2,
             leaf_area_m2: raw_m2 * factor,
-            spot_relative_sd: 0.0,
-            share_leaf_area_m2: None,
-            clumping: ClumpingBy::Constant,
-            wood_area_m2: None,
+            ..Sample::default()
         },
         before_m2: Some(raw_m2 * 0.9),
     };

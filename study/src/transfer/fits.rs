@@ -1,6 +1,6 @@
 //! Estimators fitted on the rows of one class.
 
-use rowscan_canopy::calibration::{CalibrationClass, ClumpingBy, EchoRule, Optics, Provenance};
+use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics, Provenance};
 use rowscan_canopy::regression::{FittedLine, mean};
 use rowscan_canopy::{Calibration, CanopyClass, Sample, fit};
 
@@ -36,10 +36,7 @@ impl Fits {
             impacted_total_area_m2: row.impacted_m2,
             contact_leaf_area_m2: row.densities_m2[0].unwrap_or(0.0),
             leaf_area_m2: row.truth_m2,
-            spot_relative_sd: 0.0,
-            share_leaf_area_m2: None,
-            clumping: ClumpingBy::Constant,
-            wood_area_m2: None,
+            ..Sample::default()
         };
         let samples: Vec<Sample> = usable.clone().map(sample).collect();
         let per_metre: Vec<f64> = usable.clone().map(|row| row.truth_m2 / row.canopy_m).collect();

@@ -2,6 +2,8 @@
 
 pub(crate) mod slab;
 
+use rowscan_canopy::CanopyClass;
+use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics, Provenance};
 use rowscan_canopy::{Estimate, Parameters, Pipeline};
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{BeamWidth, Mount, Rig};
@@ -126,4 +128,24 @@ pub(crate) fn hedge(lines: u32) -> Vec<Scan> {
 pub(crate) fn hedge_per_metre() -> (f64, f64) {
     let raw = estimate(&orchard_rig(), &hedge(75));
     (raw.impacted_total_area_m2.unwrap() / 1.5, raw.leaf.areas.contact_raw_m2().ok().unwrap() / 1.5)
+}
+
+pub(crate) fn class() -> CalibrationClass {
+    CalibrationClass {
+        preset: "spindle".into(),
+        shady_threshold_percent: 101.0,
+        growth_stage: "10 iterations".into(),
+        tree_spacing_m: 1.5,
+        scanner_model: "lms111".into(),
+        resolution_deg: 0.5,
+        echo_rule: EchoRule::First,
+        optics: Optics::Ideal,
+        distance_m: None,
+        line_spacing_m: None,
+        canopy: CanopyClass::default(),
+    }
+}
+
+pub(crate) fn provenance() -> Provenance {
+    Provenance { command: "rowscan study areas --rows 8".into(), seeds: vec![1, 2, 3] }
 }
