@@ -12,8 +12,8 @@ use rowscan_emulator::replay::{
     lms2xx_device_of, lms2xx_model_of, model_of,
 };
 use rowscan_emulator::{
-    Bound, CountReader, DATAGRAMS, Emulator, EmulatorConfig, IDLE_LIMIT, MAX_CLIENTS, Outlet, Player,
-    RefusedSetting, SerialConfig, SerialEmulator, VirtualScanner, pause_slack,
+    Bound, CountReader, Emulator, EmulatorConfig, IDLE_LIMIT, MAX_CLIENTS, Outlet, Player, RefusedSetting,
+    SerialConfig, SerialEmulator, VirtualScanner, pause_slack,
 };
 use rowscan_faults::{FaultControl, FaultEvents, Language, Medium, StreamFaults};
 use rowscan_ports::{Untaken, task};
@@ -21,7 +21,7 @@ use rowscan_protocol::device::{Device, Profile};
 use rowscan_protocol::lms2xx::device::Options;
 use rowscan_protocol::model::{AnyModel, MODELS};
 use rowscan_protocol::rig::Rig;
-use rowscan_recording::{StreamKind, Taps};
+use rowscan_recording::{DATAGRAMS, StreamKind, Taps};
 use rowscan_rest::{Rest, Server};
 use tokio::task::JoinSet;
 

@@ -12,12 +12,12 @@ use rowscan_bus::{BusAddress, BusNews};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::lockstep::Lockstep;
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{DATAGRAMS, EndWhen, IDLE_LIMIT, LineChange, MAX_CLIENTS, ScanMoment, StartWhen};
+use rowscan_emulator::{EndWhen, IDLE_LIMIT, LineChange, MAX_CLIENTS, ScanMoment, StartWhen};
 use rowscan_ports::latency::Latency;
 use rowscan_protocol::device::{DialectPolicy, Profile, Start};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::AnyModel;
-use rowscan_recording::Taps;
+use rowscan_recording::{DATAGRAMS, Taps};
 use rowscan_vehicle::Tractor;
 use tokio::sync::mpsc;
 

@@ -111,7 +111,7 @@ pub enum Warning {
         /// Share of the hits.
         share: f64,
     },
-    /// Most of what was met is the wood that the calibration takes out: leaf areas are withheld.
+    /// Most of what was met is the wood of the rows that the calibration was fitted on: leaf areas are withheld.
     MostlyWood {
         /// Share of the raw leaf area that is leaf.
         leaf: f64,

@@ -5,12 +5,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rowscan_canopy::{Estimate, Pipeline};
-use rowscan_emulator::{CountReader, DATAGRAMS, ScannerCounts};
+use rowscan_emulator::{CountReader, ScannerCounts};
 use rowscan_protocol::counting::Counting;
+use rowscan_protocol::heard_echo::EchoInForce;
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{Joint, Packet, ScanReader, Side, StreamKind, Tap, Taps};
+use rowscan_recording::{DATAGRAMS, Joint, Packet, ScanReader, Side, StreamKind, Tap, Taps};
 
 use crate::fault_desk::FaultDesk;
 use crate::journal::Journal;
@@ -57,6 +58,8 @@ pub(crate) struct Stream {
     lost_at_end: u64,
     /// How long in the drive nobody took the device's scans, and how long it was so at the end; none where it does not tell.
     pub(crate) unheard: Option<Unheard>,
+    /// What its conversations tell of its echo.
+    echo: EchoInForce,
     /// When scans were delivered.
     pub(crate) scan_times: Vec<SimTime>,
     /// Each change of any count but the scans.
@@ -104,6 +107,7 @@ impl Stream {
             scan_times: Vec::new(),
             changes: Vec::new(),
             estimate: None,
+            echo: EchoInForce::default(),
         }
     }
 
@@ -389,17 +393,26 @@ impl Witness {
 
 impl Connection {
     fn delivered(&self, from: Side, bytes: &[u8]) {
-        if from != Side::Device {
-            return;
-        }
         let at = self.witness.journal.now();
         // Nothing of a datagram goes on in the next one.
         let joint = if self.number == BY_DATAGRAMS { Joint::Anew } else { Joint::Seamless };
         let packet =
             Packet { from: Some(from), at_ns: Some(at.0), bytes: bytes.to_vec(), joint, ..Packet::default() };
         let mut ear = self.ear();
+        // The echo is the device's, whichever connection it was set on.
+        let known = self.witness.lock().streams.get(&self.device).map(|stream| stream.echo);
+        if let (Some(heard), Some(known)) = (ear.reader.heard_echo(), known) {
+            heard.set_in_force(known);
+        }
         ear.reader.push(Duration::from_nanos(at.0), &packet);
+        if from == Side::Host {
+            return;
+        }
         self.take(&mut ear, at);
+        let known = ear.reader.heard_echo().map(|heard| heard.in_force());
+        if let (Some(known), Some(stream)) = (known, self.witness.lock().streams.get_mut(&self.device)) {
+            stream.echo = known;
+        }
     }
 
     fn take(&self, ear: &mut Ear, at: SimTime) {

@@ -7,10 +7,9 @@ use std::sync::Arc;
 use rowscan_bus::Passage;
 use rowscan_protocol::device::Stream;
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{Side, StreamKind, Tap};
+use rowscan_recording::{DATAGRAMS, Side, StreamKind, Tap};
 use tokio::net::UdpSocket;
 
-use crate::datagrams::DATAGRAMS;
 use crate::firing::Firing;
 use crate::shared::Shared;
 

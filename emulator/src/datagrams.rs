@@ -11,9 +11,6 @@ use std::sync::{Mutex, PoisonError};
 use rowscan_protocol::device::{Datagram, Device, Silent, Stream};
 use rowscan_protocol::time::SimTime;
 
-/// What a scanner's stream of datagrams is called behind the scanner's own name.
-pub const DATAGRAMS: &str = "-udp";
-
 /// Destinations and settings that the log tells of, each once.
 const MAX_TOLD: usize = 64;
 

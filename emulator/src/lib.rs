@@ -107,7 +107,7 @@ mod view;
 
 pub use compute::Compute;
 pub use counting::{ConnectionCounts, CountReader, ScannerCounts, VirtualScanner};
-pub use datagrams::{DATAGRAMS, DatagramCounts};
+pub use datagrams::DatagramCounts;
 pub use device_handle::DeviceHandle;
 pub use end::EndWhen;
 pub use gap::{Gap, Gaps};

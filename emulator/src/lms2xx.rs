@@ -114,6 +114,8 @@ pub(crate) struct Lms2xxScanner {
     pub(crate) counts: Arc<Counts>,
     /// What goes wrong with the device itself.
     troubles: Option<Arc<DeviceFaults>>,
+    /// What goes wrong on its line.
+    faults: Option<StreamFaults>,
     last_scan: Option<LastScan>,
     /// Who watches its lines.
     lines: Option<SentLines>,
@@ -179,6 +181,7 @@ impl Lms2xxScanner {
             free: SimTime::ZERO,
             counts: Arc::default(),
             troubles: None,
+            faults: None,
             last_scan: None,
             lines: None,
         }
@@ -187,6 +190,16 @@ impl Lms2xxScanner {
     /// The same with what goes wrong with it.
     pub(crate) fn troubled(self, troubles: Option<Arc<DeviceFaults>>) -> Self {
         Self { troubles, ..self }
+    }
+
+    /// The same with what goes wrong on its line.
+    pub(crate) fn behind(self, faults: Option<StreamFaults>) -> Self {
+        Self { faults, ..self }
+    }
+
+    /// What goes wrong on its line, if anything may.
+    pub(crate) fn faults(&self) -> Option<&StreamFaults> {
+        self.faults.as_ref()
     }
 
     /// The same with its lines watched.

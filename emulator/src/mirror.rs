@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, MutexGuard};
 use std::time::Duration;
 
+use rowscan_faults::StreamFaults;
 use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::device::{Device, Mirror, Stream};
 use rowscan_protocol::time::SimTime;
@@ -186,6 +187,11 @@ impl MirrorSource {
 
     pub(crate) fn in_flight(&self) -> &InFlight {
         &self.shared.in_flight
+    }
+
+    /// What goes wrong on its connections, if anything may.
+    pub(crate) fn faults(&self) -> Option<&StreamFaults> {
+        self.shared.config.faults.as_ref()
     }
 
     /// What it needs time for: it starts up, or somebody takes its scans.

@@ -129,13 +129,24 @@ impl Outlet {
         }
     }
 
-    /// Waits until somebody wants what is on the recording. Lines and buses speak whether anybody listens or not.
-    pub(crate) async fn taker(&self) {
-        match &self.kind {
-            Kind::Scanner(outlet) => outlet.taker().await,
-            Kind::Datagrams(outlet) => outlet.taker().await,
-            Kind::Lms2xx(queue) => queue.taker().await,
-            Kind::Nmea(_) | Kind::Can(_) => {}
+    /// Waits until somebody wants what is on the recording. Lines and buses speak whether anybody listens or not. A clock that waits for its clients goes
+    /// on meanwhile for what faults hold back: that may be what a client waits for.
+    pub(crate) async fn taker(&self, clock: &SimClock) {
+        let taken = async {
+            match &self.kind {
+                Kind::Scanner(outlet) => outlet.taker().await,
+                Kind::Datagrams(outlet) => outlet.taker().await,
+                Kind::Lms2xx(queue) => queue.taker().await,
+                Kind::Nmea(_) | Kind::Can(_) => {}
+            }
+        };
+        match self.faults.as_ref().filter(|_| clock.delivery().is_patient()) {
+            None => taken.await,
+            Some(faults) => tokio::select! {
+                biased;
+                () = taken => {}
+                () = pass_time(faults, clock) => {}
+            },
         }
     }
 
@@ -262,6 +273,16 @@ async fn let_go(faults: &StreamFaults, clock: &SimClock) {
             Some(at) if at > clock.now() => clock.reach(at).await,
             // It is being written, or nobody knows when it will be.
             Some(_) | None => drop(host::within(LOOK_AGAIN, held.below(held.pending())).await),
+        }
+    }
+}
+
+/// Lets time come to whatever faults hold back, for ever.
+async fn pass_time(faults: &StreamFaults, clock: &SimClock) {
+    loop {
+        match faults.needs_time().map(|at| SimTime::ZERO + at) {
+            Some(at) if at > clock.now() => clock.reach(at).await,
+            _ => host::rest(LOOK_AGAIN).await,
         }
     }
 }

@@ -100,7 +100,7 @@ impl PlaybackLoop {
     /// Plays to the end, and waits until the clients have all of it.
     async fn play(mut self) {
         for outlet in &self.outlets {
-            outlet.taker().await;
+            outlet.taker(&self.clock).await;
         }
         let mut watch = self.playhead.watch();
         self.playhead.begin(self.clock.now());
@@ -147,7 +147,7 @@ impl PlaybackLoop {
         if self.clock.delivery().is_patient()
             && let Some(outlet) = self.outlets.get(event.track)
         {
-            outlet.taker().await;
+            outlet.taker(&self.clock).await;
         }
         let late = self.clock.lateness(due);
         let Some(outlet) = self.outlets.get_mut(event.track) else { return };

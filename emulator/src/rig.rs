@@ -245,6 +245,7 @@ impl Rig {
         };
         let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap)
             .troubled(troubles)
+            .behind(config.faults)
             .watched(config.lines);
         let emulator = SerialEmulator::of(&scanner);
         self.add_lms2xx(scanner);
@@ -351,7 +352,8 @@ impl SerialEmulator {
             None => (wire, tap),
         };
         let mut rig = Rig::playback(Arc::clone(&clock));
-        let scanner = Lms2xxScanner::new(device, values, wire, clock, config.state, tap);
+        let scanner =
+            Lms2xxScanner::new(device, values, wire, clock, config.state, tap).behind(config.faults);
         let emulator = Self::of(&scanner);
         rig.add_lms2xx(scanner);
         emulator.with_queue(queue).with_rig(rig.run())

@@ -3,6 +3,7 @@
 use std::io;
 use std::task::{Context, Poll};
 
+use rowscan_faults::StreamFaults;
 use rowscan_ports::Delivery;
 use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::time::SimTime;
@@ -114,6 +115,17 @@ impl Source {
         match self {
             Self::Mirror(mirror) => mirror.is_waited_for(),
             _ => false,
+        }
+    }
+
+    /// What goes wrong on its connections, if anything may.
+    pub(crate) fn faults(&self) -> Option<&StreamFaults> {
+        match self {
+            Self::Mirror(mirror) => mirror.faults(),
+            Self::Lms2xx(scanner) => scanner.faults(),
+            Self::Datagrams(_) | Self::Faults(_) | Self::LineChanges(_) | Self::Bus(_) | Self::Gnss(_) => {
+                None
+            }
         }
     }
 

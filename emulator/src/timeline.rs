@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
+use rowscan_faults::StreamFaults;
 use rowscan_ports::{Delivery, Untaken};
 use rowscan_protocol::time::SimTime;
 use rowscan_vehicle::Tractor;
@@ -88,6 +89,8 @@ impl Timeline {
             self.follow_start();
             let waits_for_receiver = self.look_for_receivers();
             let due = self.due();
+            // Nothing tells when a fault begins to hold bytes back.
+            let looks = waits_for_receiver || due.is_none() && self.byte_faults().next().is_some();
             if due.is_some_and(|at| self.counts_step(at)) && self.steps.gate(&clock) {
                 // Peers are answered while time stands.
                 self.stand(&changed).await?;
@@ -113,7 +116,7 @@ impl Timeline {
                 () = changed.notified() => {}
                 () = joined.notified() => {}
                 () = wait_by_host(before_drive) => {}
-                () = look_again(waits_for_receiver) => {}
+                () = look_again(looks) => {}
                 () = reach(&clock, &mut pacer, held, due) => {
                     let at = due.unwrap_or_default();
                     self.gap.pass();
@@ -320,7 +323,12 @@ impl Timeline {
         self.lockstep.as_ref().and_then(Lockstep::children).is_some_and(ChildClock::is_followed)
     }
 
-    /// Where nothing may be lost, time stands still while nobody takes anything, except while a device is at work.
+    /// What goes wrong on the scanners' connections.
+    fn byte_faults(&self) -> impl Iterator<Item = &StreamFaults> {
+        self.sources.iter().filter_map(Source::faults)
+    }
+
+    /// Where nothing may be lost, time stands still while nobody takes anything, except while a device is at work, or a fault holds back what only time lets go.
     fn may_go_on(&self, at: SimTime) -> bool {
         // Before anyone can have connected.
         if at == SimTime::ZERO {
@@ -331,6 +339,7 @@ impl Timeline {
         }
         let wanted = if self.begun || self.is_ready() { Claim::Taker } else { Claim::Busy };
         self.takers().any(|source| source.claim() >= wanted)
+            || self.byte_faults().any(|faults| faults.needs_time().is_some())
     }
 
     /// The sources whose takers count: the scanners, or all that speak where there is none.

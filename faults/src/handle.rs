@@ -91,6 +91,12 @@ impl StreamFaults {
         [plan.first_due(self.stream), plan.next_due(now)].into_iter().flatten().min()
     }
 
+    /// When the first of what is held back, either way, may leave; none where nothing is, or not by time. Time that waits for whoever takes the bytes must
+    /// not wait for these.
+    pub fn needs_time(&self) -> Option<Duration> {
+        self.shared.plan().needs_time(self.stream)
+    }
+
     /// Names the part that sends and receives on this stream; faults of that part then act on it by the stream's name.
     pub fn part(&self, part: Arc<dyn Part>) {
         if let Some(stream) = self.shared.plan().streams.get_mut(self.stream) {

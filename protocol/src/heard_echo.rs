@@ -16,12 +16,23 @@ const MOST_OPEN: usize = 64;
 ///
 /// An accepted write (`sWN`, `sWA`) and an answer to a reading (`sRA`) hold until the next of them. A refused write (`sFA`) changes nothing. Where only the
 /// scanner's side is recorded, an accepted write leaves the code unknown. A restart brings back what was saved; what that is may not be known.
+///
+/// The setting is the device's, whoever sets it: what one conversation tells goes on in the next one to the same device
+/// ([`set_in_force`](Self::set_in_force)).
 #[derive(Clone, Debug, Default)]
 pub struct HeardEcho {
     /// Requests without an answer so far, in their order: refusals do not say what they refuse.
     open: VecDeque<Asked>,
-    code: Option<u8>,
-    saved: Option<u8>,
+    echo: EchoInForce,
+}
+
+/// What is known of a device's FREchoFilter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EchoInForce {
+    /// The code that its scans are made with, if it is known.
+    pub code: Option<u8>,
+    /// The code that it has after a restart, if it is known.
+    pub saved: Option<u8>,
 }
 
 /// A request.
@@ -65,7 +76,17 @@ impl HeardEcho {
 
     /// The code in force, if it is known.
     pub fn code(&self) -> Option<u8> {
-        self.code
+        self.echo.code
+    }
+
+    /// What is known by now.
+    pub fn in_force(&self) -> EchoInForce {
+        self.echo
+    }
+
+    /// Goes on from what another conversation with the same device told.
+    pub fn set_in_force(&mut self, echo: EchoInForce) {
+        self.echo = echo;
     }
 
     /// The first request that this answers. Those before it have lost their answers.
@@ -76,12 +97,12 @@ impl HeardEcho {
 
     fn answer(&mut self, telegram: &Telegram<'_>, asked: Option<Asked>) {
         match (telegram.kind, telegram.name) {
-            (Kind::Wa, EchoFilter::NAME) => self.code = asked.and_then(|asked| asked.code),
+            (Kind::Wa, EchoFilter::NAME) => self.echo.code = asked.and_then(|asked| asked.code),
             (Kind::Ra, EchoFilter::NAME) => {
-                self.code = telegram.args.decode::<EchoFilter>().ok().map(|it| it.code);
+                self.echo.code = telegram.args.decode::<EchoFilter>().ok().map(|it| it.code);
             }
-            (Kind::An, WriteAll::NAME) => self.saved = self.code,
-            (Kind::An, Reboot::NAME) => self.code = self.saved,
+            (Kind::An, WriteAll::NAME) => self.echo.saved = self.echo.code,
+            (Kind::An, Reboot::NAME) => self.echo.code = self.echo.saved,
             _ => {}
         }
     }
@@ -153,6 +174,25 @@ mod tests {
         ] {
             assert_eq!(after(told).last().copied().flatten(), expected, "{told:?}");
         }
+    }
+
+    #[test]
+    fn a_second_conversation_goes_on_with_what_the_first_one_told() {
+        let take = |heard: &mut HeardEcho, told: &[&str]| {
+            told.iter().for_each(|told| {
+                heard.take(&Telegram::parse(Dialect::A, told.as_bytes()).unwrap());
+            });
+        };
+        let (mut first, mut second) = (HeardEcho::default(), HeardEcho::default());
+        take(&mut first, &["sWN FREchoFilter 2", "sWA FREchoFilter", "sMN mEEwriteall", "sAN mEEwriteall 1"]);
+        second.set_in_force(first.in_force());
+        assert_eq!(second.code(), Some(2));
+        // What the first one asked last is not answered in the second one.
+        take(&mut first, &["sWN FREchoFilter 0"]);
+        take(&mut second, &["sWA FREchoFilter"]);
+        assert_eq!(second.code(), None);
+        take(&mut second, &["sMN mSCreboot", "sAN mSCreboot"]);
+        assert_eq!(second.code(), Some(2));
     }
 
     #[test]

@@ -16,6 +16,7 @@ use core::time::Duration;
 
 use crate::compact::SegmentCounts;
 use crate::frame::{Dialect, FrameCounts};
+use crate::heard_echo::HeardEcho;
 use crate::leftover::Leftover;
 use crate::lms2xx::Rate;
 use crate::reading::Reading;
@@ -76,6 +77,11 @@ pub trait HostSession: fmt::Debug {
     /// Other scanners whose telegrams come in the same stream, and are left out.
     fn other_senders(&self) -> &[OtherSender] {
         &[]
+    }
+
+    /// Of a session that only listens, which echo it has heard of: scans are told by it ([`Scan::echo`]).
+    fn heard_echo(&mut self) -> Option<&mut HeardEcho> {
+        None
     }
 
     /// The number of the turn that had begun when its segments ended, and gave no scan.

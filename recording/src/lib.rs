@@ -35,6 +35,8 @@ mod copy;
 #[cfg(feature = "files")]
 mod describer;
 #[cfg(feature = "files")]
+mod device_echoes;
+#[cfg(feature = "files")]
 mod error;
 #[cfg(feature = "files")]
 mod finder;
@@ -84,6 +86,8 @@ pub use contents::contents;
 pub use copy::{Copied, CopyError, copy};
 #[cfg(feature = "files")]
 pub use describer::Describer;
+#[cfg(feature = "files")]
+pub use device_echoes::{DATAGRAMS, DeviceEchoes, device_of};
 #[cfg(feature = "files")]
 pub use error::RecordError;
 #[cfg(feature = "files")]

@@ -5,6 +5,7 @@ use std::time::Duration;
 use rowscan_protocol::client::ColaClient;
 use rowscan_protocol::compact::{CompactListener, SegmentCounts};
 use rowscan_protocol::frame::FrameCounts;
+use rowscan_protocol::heard_echo::HeardEcho;
 use rowscan_protocol::host::{HostEvent, HostSession, OtherSender};
 use rowscan_protocol::lms2xx::client::Lms2xxClient;
 use rowscan_protocol::scan::Scan;
@@ -56,6 +57,11 @@ impl ScanReader {
     /// No more bytes will come.
     pub fn finish(&mut self) {
         self.0.handle_end();
+    }
+
+    /// Which echo it has heard of; none of a protocol that has no such setting.
+    pub fn heard_echo(&mut self) -> Option<&mut HeardEcho> {
+        self.0.heard_echo()
     }
 
     /// The next event: scans, and telegrams that cannot be read.

@@ -279,6 +279,30 @@ fn a_demo_in_rows_has_the_truth_beside_the_estimate() {
 }
 
 #[test]
+fn lines_are_of_what_by_says_whatever_else_is_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (scene, file) = (folder.path().join("small.toml"), folder.path().join("run.mcap"));
+    std::fs::write(&scene, SCENE).expect("written");
+    let scanner = Emulator::start(&[text(&scene), "--time-scale", "max"]);
+    let estimate = |more: &[&str]| {
+        let recorded =
+            ["estimate", text(&file), "--rig", text(&scene), "--estimators", "voxel", "--format", "csv"];
+        run(&[&recorded[..], more].concat())
+    };
+    assert_eq!(run(&["record", &scanner.url(), "-o", text(&file), "--scans", "300"]).code, Some(0));
+    for (more, column, said) in [
+        (&[][..], "estimator", false),
+        (&["--by", "tree"], "tree", true),
+        (&["--by", "band", "--profile", "0.5"], "from_m", true),
+    ] {
+        let ended = estimate(more);
+        let head = ended.stdout.lines().next().unwrap_or_default();
+        assert!(head.split(',').any(|name| name.starts_with(column)), "{more:?}: {head}");
+        assert_eq!(ended.stderr.contains("estimators side by side are left out"), said, "{}", ended.stderr);
+    }
+}
+
+#[test]
 fn commands_that_tell_events_refuse_csv_in_words() {
     for arguments in [
         &["emulate", "spindle"][..],

@@ -144,6 +144,26 @@ async fn time_that_waits_for_its_clients_does_not_wait_for_faults() {
     }
 }
 
+/// Before anybody takes scans time stands, but for what a fault holds back: a client is answered, and the drive waits for it.
+#[tokio::test(start_paused = true)]
+async fn a_client_is_answered_through_faults_that_were_there_before_it() {
+    for fault in [
+        "name = \"stall\"\nfor = { s = 8 }",
+        "name = \"delay\"\nms = 3000",
+        "name = \"delay\"\nms = 50\ndirection = \"to_device\"",
+        "name = \"jitter\"\nmean_ms = 40\nsd_ms = 10",
+        "name = \"bandwidth\"\nbytes_s = 960",
+    ] {
+        for model in ["lms111", "tim571"] {
+            let mut bench = faulty(model, TimeScale::Max, &format!("[[fault]]\n{fault}\n"));
+            let mut client = raw_client(&mut bench.emulator, Dialect::B);
+            let seen = tokio::time::timeout(Duration::from_secs(3600), counters(&mut client, 50)).await;
+            let seen = seen.unwrap_or_else(|_| panic!("{model}: no answer through {fault}"));
+            assert!(missing(&seen).is_empty(), "{model}: {fault}");
+        }
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn a_serial_line_has_its_faults_too() {
     for (fault, bad) in

@@ -2,16 +2,22 @@
 
 use crate::common;
 
+use std::io::Cursor;
 use std::path::Path;
+use std::time::Duration;
 
 use common::binary::run;
 use common::replayed::{Packets, write};
 use common::talk::Talk;
 use rowscan_canopy::Warning;
 use rowscan_driver::{DriverConfig, Scanner, Source};
+use rowscan_emulator::replay::{Survey, ToldEcho};
+use rowscan_protocol::device::{MeasuredEcho, MeasuredLine};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount, Rig};
+use rowscan_protocol::time::SimTime;
+use rowscan_recording::{About, Decoded, McapWriter, Side, StreamKind};
 use rowscan_study::reading::{CalibrationChoice, Reading};
 
 const FIRST: Option<EchoChoice> = Some(EchoChoice::First);
@@ -135,6 +141,83 @@ async fn an_estimate_goes_by_the_echo_that_was_set_and_says_where_the_rig_has_an
             assert_eq!(warned(&path, &rig(of_rig)).await, expected, "{requests:?}, the rig has {of_rig:?}");
         }
     }
+}
+
+/// The echo is the device's, in whichever stream of the file a client set it: before it came again, or beside the datagrams of the scans.
+#[tokio::test]
+async fn a_conversation_in_one_stream_tells_the_echo_of_scans_in_another() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("x.mcap");
+    for model in ["lms511", "picoscan150", "multiscan136"] {
+        for (code, expected) in [(None, None), (Some(0), FIRST), (Some(2), LAST)] {
+            let request = code.map(|code| format!("sWN FREchoFilter {code}"));
+            let (talk, scans) = beside(model, request.as_deref());
+            let (kind, own) = match model {
+                "lms511" => (StreamKind::Cola, "left-2"),
+                _ => (StreamKind::Compact, "left-udp"),
+            };
+            for (name, expected) in [(own, expected), ("right", None)] {
+                keep_streams(&path, &[("left", StreamKind::Cola, &talk), (name, kind, &scans)]);
+                let case = format!("{model}, {request:?}, scans in `{name}`");
+                let source: Source = format!("{}#{name}", path.display()).parse().expect("a stream");
+                let mut scanner = Scanner::open(&source, DriverConfig::default()).await.expect("it opens");
+                let record = scanner.next().await.expect("it reads").expect("a scan");
+                assert_eq!(record.scan.echo, expected, "{case}");
+
+                let survey = Survey::read(&path).expect("it reads");
+                let part = survey.parts.iter().find(|part| part.name == name).expect("the stream");
+                let told = match expected {
+                    None => ToldEcho::Nothing,
+                    Some(_) => ToldEcho::Code(code.expect("a code")),
+                };
+                assert_eq!(part.told_echo(), told, "{case}, played");
+            }
+        }
+    }
+}
+
+/// A conversation without scans, and scans of the same device: of the next connection, or as datagrams.
+fn beside(model: &str, request: Option<&str>) -> (Packets, Packets) {
+    let model = model::by_name(model).or_else(|| model::all().find(|it| it.name == model)).expect("known");
+    let mut talk = Talk::with(model, Dialect::A);
+    let asked = request.map(|request| talk.ask(request.as_bytes()));
+    assert!(asked.is_none_or(|reply| reply.starts_with(b"sWA")));
+    if model.compact.is_none() {
+        let mut all = talk.recorded(3);
+        let scans = all.split_off(all.len() - 3);
+        return (all, scans);
+    }
+    talk.device.direct("127.0.0.1:2115".parse().expect("a place"));
+    talk.device.enable_streaming();
+    let grid = talk.device.mirror().beams;
+    let wall = MeasuredEcho { range_mm: vec![2000; grid.len()], remission: vec![100; grid.len()] };
+    let (mut datagrams, mut scans) = (Vec::new(), Packets::new());
+    for turn in 0..40_u64 {
+        let line = MeasuredLine { grid, echoes: std::slice::from_ref(&wall) };
+        let lines = vec![line; model.layers.len().max(1)];
+        if talk.device.measure(SimTime(turn * 50_000_000), &lines[0]).is_some() {
+            talk.device.segments(SimTime(turn * 50_000_000), &lines, &mut datagrams);
+        }
+        let sent = datagrams.drain(..).filter_map(|datagram| Some(talk.device.send(datagram)?.1));
+        scans.extend(
+            sent.map(|bytes| (Duration::from_millis(1000 + 50 * turn), Side::Device, bytes.to_vec())),
+        );
+    }
+    (talk.recorded(0), scans)
+}
+
+fn keep_streams(path: &Path, streams: &[(&str, StreamKind, &Packets)]) {
+    let mut writer =
+        McapWriter::new(Cursor::new(Vec::new()), &About::default(), Decoded::default()).expect("begun");
+    for (name, kind, packets) in streams {
+        let stream = writer.add_stream(name, *kind).expect("added");
+        for (at, from, bytes) in *packets {
+            let at_ns = 1_700_000_000_000_000_000 + at.as_nanos() as u64;
+            writer.write(stream, *from, at_ns, 0, bytes).expect("written");
+        }
+    }
+    writer.finish().expect("finished");
+    std::fs::write(path, writer.into_inner().into_inner()).expect("kept");
 }
 
 /// As a user has it: a file, a rig, and nothing said of the echo.

@@ -51,6 +51,8 @@ async fn what_a_fault_delays_comes_before_a_replay_ends() {
     for fault in [
         "name = \"delay\"\nms = 50000\nat = { scan = 2 }\n",
         "name = \"delay\"\nms = 2500\nat = { scan = 2 }\n",
+        "name = \"delay\"\nms = 2500\n",
+        "name = \"stall\"\nfor = { s = 20 }\n",
         "name = \"jitter\"\nmean_ms = 4000\nsd_ms = 3000\nat = { scan = 2 }\n",
         "name = \"bandwidth\"\nbytes_s = 150\nat = { scan = 2 }\n",
         "name = \"stall\"\nat = { scan = 20 }\nfor = { s = 281 }\n",

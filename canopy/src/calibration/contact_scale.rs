@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::CalibrationError;
 use super::quality::FitQuality;
-use super::wood::Wood;
+use super::wood::{Wood, leafy_share};
 
 /// L / length = k · (x − w)^p with x, the raw contact-frequency leaf area a metre, and w, the wood that is taken out of it, if any; beyond either end of the
 /// fitted range in proportion to x − w, with the factor of that end.
@@ -150,7 +150,7 @@ impl ContactScale {
 
     /// The share of a raw leaf area of so many m² a metre that is no wood: 1 where wood is part of the law.
     pub fn leafy_share(&self, raw_m2_per_m: f64) -> f64 {
-        if self.wood.is_some() && raw_m2_per_m > 0.0 { self.net(raw_m2_per_m) / raw_m2_per_m } else { 1.0 }
+        self.wood.map_or(1.0, |wood| leafy_share(wood.m2_per_m, raw_m2_per_m))
     }
 
     /// What a raw leaf area of so many m² a metre is multiplied by.

@@ -8,6 +8,7 @@ use super::contact_scale::{CONTACT_KEYS, ContactScale, SHARE_KEYS};
 use super::error::CalibrationError;
 use super::quality::FitQuality;
 use super::witness::Witness;
+use super::wood::leafy_share;
 
 /// How areas become leaf area, for one class. `class` and `units` are required in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -165,6 +166,18 @@ pub enum RegressionKind {
 }
 
 impl Calibration {
+    /// The share of a raw leaf area of so many m² a metre that is no wood, by what is known of the wood of the rows that were fitted: `[contact.wood]`, else
+    /// their class's share of wood beside their mean leaf area. 1 where neither is told.
+    pub(crate) fn leafy_share(&self, raw_m2_per_m: f64) -> f64 {
+        let of_class = || {
+            let share = self.class.canopy.wood_share.filter(|share| (0.0..1.0).contains(share))?;
+            // Of wood the whole surface counts, of leaves both faces.
+            Some(self.training.mean_leaf_area_m2_per_m * share / (1.0 - share))
+        };
+        let wood = self.contact.wood.map(|wood| wood.m2_per_m).or_else(of_class);
+        wood.map_or(1.0, |wood_m2_per_m| leafy_share(wood_m2_per_m, raw_m2_per_m))
+    }
+
     /// Refuses coefficients and classes that no estimate could be made with.
     pub fn validate(&self) -> Result<(), CalibrationError> {
         for (key, text) in [

@@ -16,6 +16,11 @@ pub struct Wood {
     pub sd_m2_per_m: f64,
 }
 
+/// The share of a raw leaf area of so many m² a metre that is no wood, where rows of its kind have so much wood; 1 of nothing.
+pub(super) fn leafy_share(wood_m2_per_m: f64, raw_m2_per_m: f64) -> f64 {
+    if raw_m2_per_m > 0.0 { (raw_m2_per_m - wood_m2_per_m).max(0.0) / raw_m2_per_m } else { 1.0 }
+}
+
 impl Wood {
     /// Of the surfaces of the wood of several rows a metre, m²/m; `None` of fewer than two.
     pub(super) fn of(surfaces_m2_per_m: &[f64]) -> Option<Self> {

@@ -37,11 +37,6 @@ impl<'a> Counted<'a> {
         Self { count, clumping, raw_m2, scale, factor }
     }
 
-    /// The share of what was met on so many metres that is no wood, as far as the scale takes wood out.
-    pub(super) fn leafy_share(&self, canopy_m: f64) -> f64 {
-        self.scale.map_or(1.0, |scale| scale.leafy_share(self.raw_m2 / canopy_m))
-    }
-
     /// By hits, of leaves that stand like this.
     pub(super) fn by_hits(totals: &Totals, clumping: f64, calibration: Option<&'a Calibration>) -> Self {
         let scale = calibration.map(|c| &c.contact);

@@ -22,7 +22,7 @@ pub(crate) struct Law<'a> {
     calibration: Option<&'a Calibration>,
     /// Why no leaf area of this row is told, whichever way it is made.
     withheld: Option<Withheld>,
-    /// Share of what was met that is no wood, as far as the calibration takes wood out.
+    /// Share of what was met that is no wood, as far as the calibration tells of wood.
     leafy_share: f64,
     /// The calibration's regression on I_T, or why it says nothing here.
     regression: Result<RegressionKind, Withheld>,
@@ -97,7 +97,8 @@ impl<'a> Law<'a> {
         let times = clumping.map_or(1.0, |clumping| clumping.times());
         let contact = Counted::by_hits(&totals, times, calibration);
         let spot_relative_sd = row.spot_relative_sd(clumping.as_ref());
-        let leafy_share = contact.leafy_share(totals.canopy_m);
+        let leafy_share =
+            calibration.map_or(1.0, |calibration| calibration.leafy_share(contact.raw_m2 / totals.canopy_m));
         let mostly_wood = (leafy_share < LEAST_LEAF).then_some(Withheld::MostlyWood);
         Self {
             calibration,
@@ -122,7 +123,7 @@ impl<'a> Law<'a> {
         self.withheld.map_or(Ok(()), Err)
     }
 
-    /// Share of what was met that is no wood, as far as the calibration takes wood out.
+    /// Share of what was met that is no wood, as far as the calibration tells of wood.
     pub(crate) fn leafy_share(&self) -> f64 {
         self.leafy_share
     }

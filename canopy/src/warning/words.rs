@@ -97,7 +97,7 @@ impl fmt::Display for Warning {
             }
             Self::MostlyWood { leaf } => write!(
                 f,
-                "{:.0} % of what was met is more than the wood that the calibration takes out (`[contact.wood]`): leaf areas are withheld; is the row leafless, or another one than the calibration's?",
+                "{:.0} % of what was met is more than the wood of the calibration's rows (`[contact.wood]`, else by `class.canopy.wood_share`): leaf areas are withheld; is the row leafless, or another one than the calibration's?",
                 leaf * 100.0
             ),
             Self::NoFoliage { share } => write!(
@@ -154,7 +154,7 @@ impl fmt::Display for Warning {
             }
             Self::OtherEcho { told, given } => write!(
                 f,
-                "the scanner was set to send the {} echo, which decides; the rig says {}; set the mount's `echo` to \"{}\"",
+                "the scanner was set to send the {} echo, which decides; the rig or --echo says {}; set the mount's `echo` to \"{}\"",
                 told.name(),
                 given.name(),
                 told.name()

@@ -125,6 +125,37 @@ fn a_row_that_is_mostly_wood_has_no_leaf_area_and_pieces_add_up_to_a_row_that_is
     assert_eq!(found.leaf.areas.contact_raw_m2(), Ok(raw));
 }
 
+/// A calibration that takes no wood out knows of its rows' class how much there was.
+#[test]
+fn a_row_without_leaves_is_told_from_a_thin_one_by_the_wood_of_the_class() {
+    let (impacted, contact) = hedge_per_metre();
+    let told = |wood_share: Option<f64>, leaf: f64| {
+        let row = |f: f64| Sample {
+            length_m: 1.0,
+            impacted_total_area_m2: f * impacted,
+            contact_leaf_area_m2: f * contact,
+            leaf_area_m2: f * leaf * contact,
+            ..Sample::default()
+        };
+        let mut class = class();
+        class.canopy.wood_share = wood_share;
+        let calibration = fit(&[0.9, 1.0, 1.1].map(row), class, provenance()).unwrap();
+        let mut pipeline = Pipeline::new(Some(&orchard_rig()), 0, Some(calibration)).unwrap();
+        hedge(225).iter().for_each(|scan| pipeline.push(scan));
+        (pipeline.window().unwrap().leaf.is_ok(), pipeline.finish())
+    };
+    // Half of the wood's surface beside 0.35 of leaves: 0.65 of what was met, and 0.35.
+    for (share, leaf, is_told) in
+        [(Some(0.65), 0.35, false), (Some(0.5), 0.35, true), (Some(0.3), 0.7, true), (None, 0.35, true)]
+    {
+        let (on_the_bus, found) = told(share, leaf);
+        assert_eq!(found.leaf.areas.best_m2().is_ok(), is_told, "{share:?}: {:?}", found.warnings);
+        assert_eq!(on_the_bus, is_told, "{share:?}");
+        assert_eq!(found.warnings.iter().any(|warning| warning.code() == "mostly_wood"), !is_told);
+        assert!(found.leaf.areas.contact_raw_m2().is_ok());
+    }
+}
+
 #[test]
 fn a_file_keeps_its_wood_and_one_with_more_wood_than_rows_is_refused() {
     let calibration = hedge_calibration(0.3);

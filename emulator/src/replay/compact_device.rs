@@ -1,10 +1,11 @@
 //! The device that answers in the place of a recorded picoScan or multiScan.
 
-use rowscan_protocol::device::{Device, Identity};
+use rowscan_protocol::device::{Device, EchoOfTurns, Identity};
+use rowscan_protocol::heard_echo::first_sent;
 use rowscan_protocol::model::{Model, SEGMENTED};
 use rowscan_protocol::rig::Rig;
 
-use super::echo::echo_of;
+use super::echo::{ToldEcho, echo_of};
 use super::{Part, ReplayError, Survey};
 
 /// The scanner of recorded datagrams: the model asked for, the one that the recording tells, or the first one that has such turns.
@@ -31,12 +32,17 @@ pub fn compact_model_of(
     })
 }
 
-/// The device that answers in the place of the recorded one, set as that was. Which echo its turns hold, where it is one, nothing but `rig` tells: it was asked
-/// for over another interface.
+/// The device that answers in the place of the recorded one, set as that was. Which echo its turns hold, where it is one, a recorded conversation over CoLa
+/// tells, else `rig`: over REST it was asked for beside the recording.
 pub fn compact_device_of(part: &Part, model: &'static Model, rig: Option<&Rig>) -> Device {
     let mut device = Device::new(model, Identity::of(model, 0));
     if let (Some(scan), Some(mode)) = (&part.compact.first, part.compact.mode(model)) {
-        device.play_back_turns(scan.serial_number, mode, scan.echoes.len(), rig.and_then(echo_of));
+        let echo = match part.told_echo() {
+            ToldEcho::Code(code) => first_sent(code).map_or(EchoOfTurns::Untold, EchoOfTurns::One),
+            ToldEcho::Several => EchoOfTurns::Changing,
+            ToldEcho::Nothing => rig.and_then(echo_of).map_or(EchoOfTurns::Untold, EchoOfTurns::One),
+        };
+        device.play_back_turns(scan.serial_number, mode, scan.echoes.len(), echo);
     }
     device
 }

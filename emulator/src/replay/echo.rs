@@ -4,12 +4,11 @@ use rowscan_protocol::heard_echo::HeardEcho;
 use rowscan_protocol::model::Model;
 use rowscan_protocol::optics::FactoryEcho;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Rig};
-use rowscan_protocol::telegram::{Telegram, fr_echo_filter};
+use rowscan_protocol::telegram::fr_echo_filter;
 
-/// Follows a recorded conversation, and notes the echo that was in force at each scan.
+/// Notes the echo that was in force at each scan.
 #[derive(Debug, Default)]
 pub(super) struct EchoTrace {
-    heard: HeardEcho,
     scans: AtScans,
 }
 
@@ -38,21 +37,16 @@ pub enum ToldEcho {
 }
 
 impl EchoTrace {
-    /// Takes the next telegram of either side that is no scan.
-    pub(super) fn take(&mut self, telegram: &Telegram<'_>) {
-        self.heard.take(telegram);
-    }
-
-    /// A scan comes.
-    pub(super) fn scan(&mut self) {
-        let now = AtScans::One(self.heard.code());
+    /// A scan comes, with this code in force.
+    pub(super) fn scan(&mut self, code: Option<u8>) {
+        let now = AtScans::One(code);
         self.scans = if [AtScans::NoScan, now].contains(&self.scans) { now } else { AtScans::Several };
     }
 
-    /// What the scans hold by it.
-    pub(super) fn told(&self) -> ToldEcho {
+    /// What the scans hold by it; where there was none, what was heard at last.
+    pub(super) fn told(&self, heard: &HeardEcho) -> ToldEcho {
         match self.scans {
-            AtScans::NoScan => self.heard.code().map_or(ToldEcho::Nothing, ToldEcho::Code),
+            AtScans::NoScan => heard.code().map_or(ToldEcho::Nothing, ToldEcho::Code),
             AtScans::One(code) => code.map_or(ToldEcho::Nothing, ToldEcho::Code),
             AtScans::Several => ToldEcho::Several,
         }
@@ -120,15 +114,16 @@ mod tests {
     #[test]
     fn an_echo_that_changes_between_scans_is_that_of_neither() {
         use rowscan_protocol::frame::Dialect;
+        use rowscan_protocol::telegram::Telegram;
         let told = |lines: &[&str]| {
-            let mut trace = EchoTrace::default();
+            let (mut trace, mut heard) = (EchoTrace::default(), HeardEcho::default());
             for line in lines {
                 match *line {
-                    "scan" => trace.scan(),
-                    line => trace.take(&Telegram::parse(Dialect::A, line.as_bytes()).expect("a telegram")),
+                    "scan" => trace.scan(heard.code()),
+                    line => heard.take(&Telegram::parse(Dialect::A, line.as_bytes()).expect("a telegram")),
                 }
             }
-            trace.told()
+            trace.told(&heard)
         };
         let (first, last, yes) = ("sWN FREchoFilter 0", "sWN FREchoFilter 2", "sWA FREchoFilter");
         for (lines, expected) in [

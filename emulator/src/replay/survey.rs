@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::device::DeviceEvent as Event;
+use rowscan_protocol::heard_echo::HeardEcho;
 use rowscan_protocol::lms2xx::settings_reply::has_values;
 use rowscan_protocol::model::{AnyModel, MODELS, Model};
-use rowscan_protocol::rig::Rig;
 use rowscan_protocol::telegram::device_ident::DeviceIdent;
 use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Method, Telegram, Variable};
-use rowscan_recording::{About, RecordedFrame, Side, Soundness, StreamInfo, StreamKind, Torn};
+use rowscan_recording::{About, DeviceEchoes, RecordedFrame, Side, Soundness, StreamInfo, StreamKind, Torn};
 
 use super::echo::{EchoTrace, ToldEcho};
 use super::timed_frames::TimedFrames;
@@ -72,6 +72,8 @@ pub struct Part {
     pub(super) passwords: Vec<u32>,
     traces: Traces,
     polls: Option<Polls>,
+    /// What is heard of the scanner's echo.
+    heard: HeardEcho,
     /// The echo at the scans that it sent by itself, and at those that were polled.
     echoes: [EchoTrace; 2],
 }
@@ -127,11 +129,14 @@ impl Survey {
         let fail = unreadable(path);
         let mut frames = TimedFrames::open(path, connections, still).map_err(&fail)?;
         let mut parts: Vec<Part> = Vec::new();
+        let mut echoes = DeviceEchoes::default();
         while let Some(frame) = frames.next_frame().map_err(&fail)? {
             for (stream, info) in frames.recording().streams().iter().enumerate().skip(parts.len()) {
                 parts.push(Part::new(stream, info));
             }
             let Some(part) = parts.get_mut(frame.stream) else { continue };
+            let streams = frames.recording().streams();
+            echoes.tell(streams, &part.name, &mut part.heard);
             let telegram = frame.telegram();
             if let Some(telegram) = telegram.as_ref().filter(|_| frame.from == Side::Device) {
                 part.traces.take(telegram);
@@ -141,7 +146,7 @@ impl Survey {
                     part.event(frame.at_ns, &telegram);
                 }
                 Some(telegram) => {
-                    part.echoes.iter_mut().for_each(|echo| echo.take(&telegram));
+                    part.heard.take(&telegram);
                     if frame.from == Side::Device {
                         part.reply(frame.at_ns, &telegram);
                     }
@@ -175,6 +180,7 @@ impl Survey {
                 }
                 None => {}
             }
+            echoes.learn(frames.recording().streams(), &part.name, &part.heard);
         }
         let recording = frames.recording();
         for (stream, info) in recording.streams().iter().enumerate().skip(parts.len()) {
@@ -288,6 +294,7 @@ impl Part {
             passwords: Vec::new(),
             traces: Traces::default(),
             polls: None,
+            heard: HeardEcho::default(),
             echoes: Default::default(),
         }
     }
@@ -308,6 +315,7 @@ impl Part {
         self.ends_ns = self.ends_ns.max(frame.at_ns);
         let turns = self.compact.take(frame.bytes.get(frame.frame_at..).unwrap_or_default());
         self.scans += turns;
+        (0..turns).for_each(|_| self.echoes[0].scan(self.heard.code()));
         if turns > 0 {
             self.first_scan_ns.get_or_insert(frame.at_ns);
             self.last_scan_ns = self.last_scan_ns.max(Some(frame.at_ns));
@@ -321,7 +329,7 @@ impl Part {
             return;
         }
         self.scans += 1;
-        self.echoes[0].scan();
+        self.echoes[0].scan(self.heard.code());
         self.first_scan_ns.get_or_insert(at_ns);
         self.last_scan_ns = self.last_scan_ns.max(Some(at_ns));
         if self.first_scan.is_none() {
@@ -335,13 +343,13 @@ impl Part {
         let polls = self.polls.get_or_insert(Polls { first_ns: at_ns, last_ns: at_ns, scans: 0, scan });
         polls.last_ns = polls.last_ns.max(at_ns);
         polls.scans += 1;
-        self.echoes[1].scan();
+        self.echoes[1].scan(self.heard.code());
     }
 
     /// What the conversation tells of the echo in the scans.
     pub fn told_echo(&self) -> ToldEcho {
         let [sent, polled] = &self.echoes;
-        if self.polled { polled.told() } else { sent.told() }
+        if self.polled { polled.told(&self.heard) } else { sent.told(&self.heard) }
     }
 
     /// Without a scan that the device sent by itself, the polled ones are what is played. Beside others they would be the same scans again.
@@ -408,13 +416,6 @@ impl Part {
         let told: Vec<&'static Model> =
             models.iter().copied().filter(|model| self.traces.fit(model)).collect();
         if told.is_empty() { models } else { told }
-    }
-
-    /// The time of a place in the row: metres are driven at the rig's speed from the first scan.
-    pub fn at_metre(&self, rig: &Rig, metre: f64) -> Option<u64> {
-        let seconds = (metre - rig.y_m(0.0)) / rig.speed_m_s;
-        let first_ns = self.first_scan_ns?;
-        (seconds >= 0.0 && seconds.is_finite()).then(|| first_ns + (seconds * 1e9) as u64)
     }
 }
 

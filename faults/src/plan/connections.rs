@@ -68,6 +68,18 @@ impl Plan {
         }
     }
 
+    /// When something that waits on the connection, either way, may leave; none where nothing waits, or not for time.
+    pub(crate) fn set_needs_time(&mut self, link: Link, at: Option<Duration>) {
+        if let Some(state) = self.connection_mut(link) {
+            state.needs_time = at;
+        }
+    }
+
+    /// When the first of what waits on a stream, either way, may leave.
+    pub(crate) fn needs_time(&self, stream: usize) -> Option<Duration> {
+        self.streams.get(stream)?.connections.values().filter_map(|connection| connection.needs_time).min()
+    }
+
     /// No more telegrams come on a stream.
     pub(crate) fn end_stream(&mut self, stream: usize, ended: Ended) {
         if let Some(state) = self.streams.get_mut(stream) {

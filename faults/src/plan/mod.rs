@@ -92,6 +92,8 @@ pub(crate) struct ConnectionState {
     wakers: [Option<Waker>; 2],
     /// When something that waits to go to the client may leave.
     due: Option<Duration>,
+    /// When something that waits, either way, may leave, once time has come to it.
+    needs_time: Option<Duration>,
 }
 
 /// What has become of a connection.

@@ -165,8 +165,10 @@ impl<S> FaultyStream<S> {
         plan.is_due(link, out);
         let back = self.back.next_due(plan.holds(link, Direction::ToDevice));
         let script = plan.next_due(looked);
-        drop(plan);
         let next = [out, back, script].into_iter().flatten().filter(|at| *at > looked).min();
+        let waiting = self.out.waiting() > 0 || self.back.waiting() > 0;
+        plan.set_needs_time(link, next.filter(|_| waiting));
+        drop(plan);
         self.timers.get_mut(half).map_or(Poll::Pending, |timer| timer.poll(cx, next))
     }
 

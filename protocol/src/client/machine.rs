@@ -150,6 +150,11 @@ impl Machine {
         }
     }
 
+    /// Of a client that only listens: what it has heard.
+    pub(super) fn heard(&mut self) -> Option<&mut HeardEcho> {
+        Some(&mut self.heard).filter(|_| self.phase == Phase::Listening)
+    }
+
     /// Hears what the host says on a tapped line.
     pub(super) fn hear(&mut self, frame: &Frame<'_>) {
         if let Ok(telegram) = Telegram::parse(frame.dialect, frame.payload) {

@@ -12,6 +12,7 @@ pub use config::{ColaConfig, Login};
 use machine::Machine;
 
 use crate::frame::{Accept, Dialect, FrameCounts, FrameDecoder};
+use crate::heard_echo::HeardEcho;
 use crate::host::{HostEvent, HostSession, Transmit};
 use crate::scan::Scan;
 use crate::telegram::LmdScandata;
@@ -79,6 +80,10 @@ impl HostSession for ColaClient {
         while let Some(frame) = decoder.next_frame() {
             self.machine.hear(&frame);
         }
+    }
+
+    fn heard_echo(&mut self) -> Option<&mut HeardEcho> {
+        self.machine.heard()
     }
 
     fn handle_timeout(&mut self, now: Duration) {

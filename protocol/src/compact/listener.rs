@@ -13,6 +13,7 @@ use super::stream::{Found, StreamDecoder};
 use super::telegram::Telegram;
 use super::wheel::Wheel;
 use crate::frame::FrameCounts;
+use crate::heard_echo::{HeardEcho, first_sent};
 use crate::host::{HostEvent, HostSession, OtherSender, Transmit};
 use crate::reading::Reading;
 use crate::scan::Scan;
@@ -47,6 +48,8 @@ pub struct CompactListener {
     scan: Scan,
     counts: FrameCounts,
     now: Option<Duration>,
+    /// What was heard beside the datagrams: they hold no conversation.
+    echo: HeardEcho,
 }
 
 impl CompactListener {
@@ -184,6 +187,7 @@ impl HostSession for CompactListener {
             {
                 frame.to_scan_into(given, &mut self.scan);
                 self.scan.received = self.now;
+                self.scan.echo = self.echo.code().and_then(first_sent);
                 self.scan.encoders.extend(self.wheel.at(self.scan.scan_time_us));
                 self.turn = Some((frame, given + 1));
                 return Some(HostEvent::Scan);
@@ -213,6 +217,10 @@ impl HostSession for CompactListener {
 
     fn segments(&self) -> SegmentCounts {
         self.assembler.counts()
+    }
+
+    fn heard_echo(&mut self) -> Option<&mut HeardEcho> {
+        Some(&mut self.echo)
     }
 
     fn other_senders(&self) -> &[OtherSender] {

@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 
+use super::change::change;
 use super::command::{Command, by_event};
 use super::context::{Context, Readable};
 use super::event::DeviceEvent;
@@ -59,9 +60,7 @@ fn try_answer(
             if context.access.level < CLIENT {
                 return Err(Fault::WriteWithoutLogin.into());
             }
-            let before = context.device.settings.clone();
-            write(context, args)?;
-            context.device.keep_scans(before)?;
+            change(context, |context| write(context, args))?;
             let blank = !context.device.model.replies_without_blank.contains(&name);
             encode_empty(args.dialect, Kind::Wa, name, blank, out);
             Ok(())
@@ -103,7 +102,7 @@ fn answer_variable(
     if context.access.level < CLIENT {
         return Err(Fault::WriteWithoutLogin.into());
     }
-    variable.write(context, args)?;
+    change(context, |context| variable.write(context, args))?;
     encode_empty(args.dialect, Kind::Wa, name, true, out);
     Ok(())
 }

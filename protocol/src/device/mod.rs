@@ -8,6 +8,7 @@
 mod access;
 mod answer;
 mod calendar;
+mod change;
 mod clock;
 pub mod command;
 mod condition;
@@ -50,6 +51,7 @@ pub use event::{DeviceEvent, Subscriptions};
 pub use measure::{monitor_event, scan_event};
 pub use measured::{MeasuredEcho, MeasuredLine};
 pub use options::{EncoderSpeed, Options, Profile, Start};
+pub use playback::EchoOfTurns;
 pub use refusal::{Evidence, Fault, REFUSALS, Refusal};
 pub use remote::Action;
 pub use session::{AfterReply, DialectPolicy, Reply, Session};

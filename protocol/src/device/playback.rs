@@ -22,6 +22,17 @@ use super::refusal::Fault;
 use super::settings::{OutputCut, Settings};
 use super::state::Device;
 
+/// Which echo recorded turns of one echo a beam hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EchoOfTurns {
+    /// This one.
+    One(EchoChoice),
+    /// Nothing tells; it is the first or the last, and a client may say which it takes it for.
+    Untold,
+    /// Some turns hold another one than the rest: FREchoFilter can be neither read nor written.
+    Changing,
+}
+
 impl Device {
     /// Becomes the device that sent `scan`: serial number, scan mode, range and contents are the scan's, other settings those of the recorded
     /// replies and of the writes that were accepted, `values` (`sRA`, `sWN`) in their order, as far as this model takes them. `echo` is the code of
@@ -75,21 +86,16 @@ impl Device {
     }
 
     /// Becomes the device whose turns are recorded as Compact telegrams of these echoes a beam; its mode and echoes stay so, as with
-    /// [`play_back`](Self::play_back). Of one echo a beam, `echo` says which it is, where that is known.
-    pub fn play_back_turns(
-        &mut self,
-        serial_number: u32,
-        mode: ScanMode,
-        echoes: usize,
-        echo: Option<EchoChoice>,
-    ) {
+    /// [`play_back`](Self::play_back). Of one echo a beam, `echo` says which it is.
+    pub fn play_back_turns(&mut self, serial_number: u32, mode: ScanMode, echoes: usize, echo: EchoOfTurns) {
         self.identity.serial_number = serial_number;
         self.settings.mode = mode;
         let (code, known) = match echo {
             _ if echoes > 1 => (fr_echo_filter::ALL, Echo::Known),
-            Some(EchoChoice::First) => (fr_echo_filter::FIRST, Echo::Known),
-            Some(EchoChoice::Last) => (fr_echo_filter::LAST, Echo::Known),
-            None => (fr_echo_filter::FIRST, Echo::FirstOrLast),
+            EchoOfTurns::One(EchoChoice::First) => (fr_echo_filter::FIRST, Echo::Known),
+            EchoOfTurns::One(EchoChoice::Last) => (fr_echo_filter::LAST, Echo::Known),
+            EchoOfTurns::Untold => (fr_echo_filter::FIRST, Echo::FirstOrLast),
+            EchoOfTurns::Changing => (fr_echo_filter::FIRST, Echo::Unknown),
         };
         self.settings.echo_filter = code;
         self.record(None, known);

@@ -3,6 +3,7 @@
 use alloc::vec::Vec;
 
 use super::access::Access;
+use super::change::change;
 use super::condition::Activity;
 use super::context::Context;
 use super::state::Device;
@@ -64,9 +65,8 @@ impl Device {
         now: SimTime,
     ) -> Result<(), SopasError> {
         let mut access = Access::new(Dialect::A);
-        let before = self.recorded.is_some().then(|| self.settings.clone());
-        variable.set(&mut Context { device: self, access: &mut access, now }, value)?;
-        before.map_or(Ok(()), |before| self.keep_scans(before))
+        let mut context = Context { device: self, access: &mut access, now };
+        change(&mut context, |context| variable.set(context, value))
     }
 
     /// Does what a method asks; false where that cannot be.

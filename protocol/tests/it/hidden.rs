@@ -1,7 +1,7 @@
 //! Filters that leave no beam: that nothing is sent is said, and only then.
 
 use rowscan_protocol::device::variable::Value;
-use rowscan_protocol::device::{Device, Identity, MeasuredLine};
+use rowscan_protocol::device::{Device, EchoOfTurns, Identity, MeasuredLine};
 use rowscan_protocol::model::{Model, SEGMENTED};
 use rowscan_protocol::time::SimTime;
 
@@ -64,7 +64,7 @@ fn a_filter_that_leaves_no_telegram_is_named_and_no_other() {
     }
     let mut played = filtered(SEGMENTED[0], &[("LFPangleRangeFilter", &angles[3])]).unwrap();
     assert!(played.hidden_by().is_some());
-    played.play_back_turns(7, played.model().default_mode, 1, None);
+    played.play_back_turns(7, played.model().default_mode, 1, EchoOfTurns::Untold);
     assert_eq!(played.hidden_by(), None, "recorded turns are sent as they are");
     let names: Vec<_> = named.into_keys().collect();
     let expected = [

@@ -1,10 +1,13 @@
 //! The table of refusals, line by line, on real requests.
 
 use crate::bench::Bench;
+use rowscan_protocol::device::variable::Value;
 use rowscan_protocol::device::{Fault, REFUSALS};
 use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::model::MODELS;
-use rowscan_protocol::telegram::{Kind, LmdScandata, Telegram, encode_empty};
+use rowscan_protocol::model::{self, MODELS, Model};
+use rowscan_protocol::telegram::fr_echo_filter::{self, EchoFilter};
+use rowscan_protocol::telegram::{Kind, LmdScandata, Telegram, Variable, encode_empty};
+use rowscan_protocol::time::SimTime;
 
 #[test]
 fn every_example_of_the_table_is_refused_with_the_code_of_its_line() {
@@ -40,6 +43,44 @@ fn there_is_no_silence_whatever_is_asked() {
             }
         }
     }
+}
+
+/// The echo in recorded scans is what it is, whatever a client asks for, over CoLa and REST, of every model that has the setting.
+#[test]
+fn a_played_device_keeps_the_echo_of_its_scans() {
+    let mut models = 0;
+    let has_it = |model: &&Model| {
+        model.echoes > 1 && Bench::new(model.name).ask("sRN FREchoFilter").starts_with("sRA")
+    };
+    for model in model::all().filter(has_it) {
+        for recorded in 0..=2 {
+            let mut bench = Bench::new(model.name);
+            let login = model.logins.last().expect("a password");
+            bench.ask(&format!("sMN SetAccessMode {} {:08X}", login.level, login.hash));
+            bench.device.play_back(&LmdScandata::default(), [], Some(recorded));
+            let name = EchoFilter::NAME;
+            for asked in 0..=2 {
+                // Of all echoes the first one is taken.
+                let taken =
+                    asked == recorded || (recorded, asked) == (fr_echo_filter::ALL, fr_echo_filter::FIRST);
+                let case = format!("{}: {asked} of {recorded}", model.name);
+                let reply = bench.ask(&format!("sWN {name} {asked}"));
+                assert_eq!(reply, if taken { format!("sWA {name}") } else { "sFA 4".to_owned() }, "{case}");
+                let now = if taken { asked } else { recorded };
+                assert_eq!(bench.ask(&format!("sRN {name}")), format!("sRA {name} {now}"), "{case}");
+                if let Some(variable) = bench.device.variable(name) {
+                    let set =
+                        bench.device.set_value(variable, vec![Value::Number(asked.into())], SimTime::ZERO);
+                    assert_eq!(set.is_ok(), taken, "{case} by REST");
+                }
+                let back = if taken { format!("sWN {name} {recorded}") } else { format!("sRN {name}") };
+                bench.ask(&back);
+                assert_eq!(bench.ask(&format!("sRN {name}")), format!("sRA {name} {recorded}"), "{case}");
+            }
+            models += 1;
+        }
+    }
+    assert!(models >= 12, "{models}");
 }
 
 /// A request that was refused changes nothing.

@@ -61,12 +61,18 @@ pub(super) fn print(format: Format, by: By, all: &[ScannerReport]) -> Result<(),
     if by != By::default() && format != Format::Csv {
         output::say("--by says what a line of --format csv is of; this format tells all");
     }
+    let has_estimators = all.iter().any(|told| !told.side_by_side.is_empty());
+    if by != By::default() && format == Format::Csv && has_estimators {
+        output::say(
+            "lines are of what --by says: estimators side by side are left out; --format json tells both",
+        );
+    }
     match (format, all) {
         (Format::Json, [one]) => output::print_json(format, one),
         (Format::Json, all) => output::print_json(format, &All { scanners: all }),
         (Format::Jsonl, all) => all.iter().try_for_each(|told| output::print_json(format, told)),
         (Format::Csv, all) if by == By::Band => bands(format, all),
-        (Format::Csv, all) if all.iter().any(|told| !told.side_by_side.is_empty()) => {
+        (Format::Csv, all) if by == By::Row && has_estimators => {
             output::print_rows(format, &rows(all, |told| &told.side_by_side, |_| None))
         }
         (Format::Csv, all) if by == By::Row => {

@@ -92,7 +92,7 @@ const MOST_TOLD: usize = 12;
 const TOLD_FIRST: [&str; 5] = ["distance_m", "height_m", "speed_m_s", "roof", "row"];
 
 /// What a recording tells of its scanner itself, or has a warning of its own.
-const TOLD_ELSEWHERE: [&str; 3] = ["model", "echo", "optics"];
+const TOLD_ELSEWHERE: [&str; 2] = ["model", "optics"];
 
 impl Recorded {
     /// Of a recording that says this, measured by a scanner of `rig`, which the scene of this name has.
@@ -191,6 +191,9 @@ mod tests {
         let here = recorded.replace("1.9", "2.5").replace("speed_m_s = 1.0\n", "");
         let here = here.replace("lms111", "lms511");
         assert_eq!(differences(recorded, &here), ["distance_m 1.9 (here 2.5)"], "models are told elsewhere");
+        // A conversation may tell the echo, and decides then; one over REST is not recorded.
+        let of = |echo: &str| format!("[[scanner]]\necho = \"{echo}\"\n");
+        assert_eq!(differences(&of("last"), &of("first")), ["echo \"last\" (here \"first\")"]);
     }
 
     /// Whatever else is another: what costs most is never among those that are only counted.

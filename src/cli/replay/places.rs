@@ -94,18 +94,16 @@ impl<'a> Places<'a> {
 
     /// The time of a metre of the row: by what the recording tells of the way, else by the rig's speed, and that is said.
     fn at_metre(&self, part: &Part, rig: &Rig, metre: f64) -> Result<Option<u64>, Failure> {
-        match RecordedWay::found(self.survey, part, rig)? {
-            Some(way) => match way.scan_at(self.survey, (part, rig), metre)? {
-                Some(scan) => Ok(self.survey.scan_at(part, scan)?),
-                None => Ok(None),
-            },
-            None => {
-                say(format_args!(
-                    "{}: metre {metre} is where the rig's speed of {} m/s has it: the recording holds neither an encoder's readings that the rig knows nor a ground speed",
-                    part.name, rig.speed_m_s
-                ));
-                Ok(part.at_metre(rig, metre))
-            }
+        let way = RecordedWay::found(self.survey, part, rig)?;
+        if matches!(way, RecordedWay::OfRig) {
+            say(format_args!(
+                "{}: metre {metre} is where the rig's speed of {} m/s has it: the recording holds neither an encoder's readings that the rig knows nor a ground speed",
+                part.name, rig.speed_m_s
+            ));
+        }
+        match way.scan_at(self.survey, (part, rig), metre)? {
+            Some(scan) => Ok(self.survey.scan_at(part, scan)?),
+            None => Ok(None),
         }
     }
 

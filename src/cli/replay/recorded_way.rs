@@ -18,17 +18,19 @@ pub(super) enum RecordedWay {
     Encoder,
     /// A ground speed beside them.
     Speed(AdvanceSource, RecordedSpeed),
+    /// Neither: the rig's speed, by the scanner's own clock, as in an estimate.
+    OfRig,
 }
 
 impl RecordedWay {
-    /// Of this stream by this rig; none if nothing in the recording tells.
-    pub(super) fn found(survey: &Survey, part: &Part, rig: &Rig) -> Result<Option<Self>, Failure> {
+    /// Of this stream by this rig.
+    pub(super) fn found(survey: &Survey, part: &Part, rig: &Rig) -> Result<Self, Failure> {
         let counts = part.first_scan.as_ref().is_some_and(|scan| !scan.encoders.is_empty());
         if counts && rig.encoder_ticks_per_m.is_some() {
-            return Ok(Some(Self::Encoder));
+            return Ok(Self::Encoder);
         }
         let speed = RecordedSpeed::found_in(&survey.path).map_err(|cause| unreadable(survey, cause))?;
-        Ok(speed.map(|(source, speed)| Self::Speed(source, speed)))
+        Ok(speed.map_or(Self::OfRig, |(source, speed)| Self::Speed(source, speed)))
     }
 
     /// The first scan that was made at this metre of the row or farther, by its number from 0; none where the drive began behind it, or ended before.
@@ -60,7 +62,7 @@ impl RecordedWay {
             while let Some(event) = reader.next_event() {
                 match event {
                     HostEvent::Scan => match self {
-                        Self::Encoder => pipeline.push(reader.scan()),
+                        Self::Encoder | Self::OfRig => pipeline.push(reader.scan()),
                         Self::Speed(source, speed) => pipeline.push_at_speed(
                             reader.scan(),
                             GroundSpeed { source: *source, speed_m_s: speed.at(at) },
@@ -114,7 +116,8 @@ mod tests {
         if s < 10.0 { 0.5 * s } else { 5.0 + 2.0 * (s - 10.0) }
     }
 
-    fn recorded(path: &Path, beside: Beside) {
+    /// Recorded so many times as fast as it was driven: a recording of an emulator whose time ran so.
+    fn recorded(path: &Path, beside: Beside, times: u64) {
         let mut writer =
             McapWriter::new(Cursor::new(Vec::new()), &About::default(), Decoded::default()).expect("begun");
         let scanner = writer.add_stream("scanner", StreamKind::Cola).expect("added");
@@ -122,7 +125,7 @@ mod tests {
         let can = writer.add_stream("can", StreamKind::Can).expect("added");
         for number in 0..SCANS {
             let s = number as f64 / 10.0;
-            let at_ns = START_NS + number * 100_000_000;
+            let at_ns = START_NS + number * 100_000_000 / times;
             let speed_m_s = if s < 10.0 { 0.5 } else { 2.0 };
             match beside {
                 Beside::Sentences => {
@@ -159,22 +162,34 @@ mod tests {
 
     #[test]
     fn a_metre_is_where_the_recording_has_it_whatever_speed_the_rig_says() {
-        for beside in [Beside::Ticks, Beside::Sentences, Beside::Frames, Beside::Nothing] {
+        for (beside, times) in [
+            (Beside::Ticks, 1),
+            (Beside::Ticks, 4),
+            (Beside::Sentences, 1),
+            (Beside::Sentences, 4),
+            (Beside::Frames, 1),
+            (Beside::Frames, 4),
+            (Beside::Nothing, 1),
+            (Beside::Nothing, 4),
+        ] {
             let folder = tempfile::tempdir().expect("a folder");
             let path = folder.path().join("x.mcap");
-            recorded(&path, beside);
+            recorded(&path, beside, times);
             let survey = Survey::read(&path).expect("it can be played");
             let part = survey.choose(&[], 1).expect("a scanner").remove(0);
             let ticks = (beside == Beside::Ticks).then_some(1000.0);
             let rig = Rig { speed_m_s: 1.0, start_m: 0.0, encoder_ticks_per_m: ticks, ..Rig::default() };
             let way = RecordedWay::found(&survey, part, &rig).expect("it reads");
-            assert_eq!(way.is_some(), beside != Beside::Nothing, "{beside:?}");
-            let Some(way) = way else { continue };
-            for metre in [1.0, 4.0, 10.0, 20.0] {
+            assert_eq!(matches!(way, RecordedWay::OfRig), beside == Beside::Nothing, "{beside:?}");
+            for metre in [1.0, 4.0, 10.0, 19.0] {
                 let scan = way.scan_at(&survey, (part, &rig), metre).expect("it reads");
-                let scan = scan.unwrap_or_else(|| panic!("{beside:?}: no metre {metre}")) as f64;
-                let expected = 10.0 * if metre < 5.0 { metre / 0.5 } else { 10.0 + (metre - 5.0) / 2.0 };
-                assert!((scan - expected).abs() <= 1.0, "{beside:?}: metre {metre} at scan {scan}");
+                let scan = scan.unwrap_or_else(|| panic!("{beside:?} × {times}: no metre {metre}")) as f64;
+                let expected = match beside {
+                    Beside::Nothing => 10.0 * metre,
+                    _ if metre < 5.0 => 10.0 * metre / 0.5,
+                    _ => 10.0 * (10.0 + (metre - 5.0) / 2.0),
+                };
+                assert!((scan - expected).abs() <= 1.0, "{beside:?} × {times}: metre {metre} at scan {scan}");
             }
             assert_eq!(way.scan_at(&survey, (part, &rig), 100.0).expect("it reads"), None, "{beside:?}");
         }

@@ -115,8 +115,9 @@ fn tell_unlike(calibration: &Calibration) {
     for (name, law) in [("contact", calibration.contact)].into_iter().chain(share) {
         if law.quality.r2 <= 0.0 {
             say(format_args!(
-                "[{name}] R² is {:.2}: over these {} rows the mean leaf area is as good an estimate as the fitted one; rows of several densities (--lai LOW..HIGH) or more seeds tell them apart",
-                law.quality.r2, law.quality.n
+                "[{name}] R² is {}: over these {} rows the mean leaf area is as good an estimate as the fitted one; rows of several densities (--lai LOW..HIGH) or more seeds tell them apart",
+                if law.quality.r2 < -1.0 { "below -1".to_owned() } else { format!("{:.2}", law.quality.r2) },
+                law.quality.n
             ));
         }
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
-use rowscan_recording::{MAX_PAYLOAD, ScanReader, Side, StreamKind, Tap, Taps};
+use rowscan_recording::{MAX_PAYLOAD, Packet, ScanReader, Side, StreamKind, Tap, Taps};
 use rowscan_web::Show;
 use tokio::sync::mpsc;
 
@@ -23,6 +23,7 @@ struct Sent {
     kind: StreamKind,
     connection: u64,
     at_s: f64,
+    by: Side,
     bytes: Vec<u8>,
 }
 
@@ -51,10 +52,8 @@ impl Scans {
             let connection = connections.fetch_add(1, Ordering::Relaxed);
             let (sender, now_s) = (sender.clone(), Arc::clone(&now_s));
             Tap::new(move |by, bytes| {
-                if by == Side::Device {
-                    let sent = Sent { scanner, kind, connection, at_s: now_s(), bytes: bytes.to_vec() };
-                    let _ = sender.try_send(sent);
-                }
+                let sent = Sent { scanner, kind, connection, at_s: now_s(), by, bytes: bytes.to_vec() };
+                let _ = sender.try_send(sent);
             })
         });
         (taps, Self(sent))
@@ -63,16 +62,19 @@ impl Scans {
     /// Shows them until nobody sends any more; measures those of scanners that have a meter.
     pub(in super::super) async fn show(mut self, show: Show, mut meters: Vec<Option<Meter>>) {
         let mut readings: HashMap<usize, Reading> = HashMap::new();
-        while let Some(Sent { scanner, kind, connection, at_s, bytes }) = self.0.recv().await {
+        while let Some(Sent { scanner, kind, connection, at_s, by, bytes }) = self.0.recv().await {
             let is_newer = readings.get(&scanner).is_none_or(|reading| connection > reading.connection);
             // The newest connection: older ones end without a word.
-            if is_newer && let Some(reading) = Reading::of(kind, connection) {
+            if is_newer && let Some(mut reading) = Reading::of(kind, connection) {
+                if let Some(before) = readings.get_mut(&scanner) {
+                    reading.follow(before);
+                }
                 readings.insert(scanner, reading);
             }
             let Some(reading) = readings.get_mut(&scanner) else { continue };
             if connection == reading.connection {
                 let mut meter = meters.get_mut(scanner).and_then(Option::as_mut);
-                reading.read(at_s, &bytes, |scan, is_earlier| {
+                reading.read(at_s, (by, bytes), |scan, is_earlier| {
                     show.scan(scanner, at_s, scan);
                     if let Some(meter) = &mut meter {
                         if is_earlier {
@@ -92,9 +94,17 @@ impl Reading {
         Some(Self { connection, reader, is_numbered: kind == StreamKind::Cola, last: None })
     }
 
+    /// Goes on from the connection before: the echo that was set there holds.
+    fn follow(&mut self, before: &mut Self) {
+        if let (Some(heard), Some(before)) = (self.reader.heard_echo(), before.reader.heard_echo()) {
+            heard.set_in_force(before.in_force());
+        }
+    }
+
     /// Hands on each scan, and whether its number lies before that of the last.
-    fn read(&mut self, at_s: f64, bytes: &[u8], mut each: impl FnMut(&Scan, bool)) {
-        self.reader.push_bytes(Duration::try_from_secs_f64(at_s).unwrap_or_default(), bytes);
+    fn read(&mut self, at_s: f64, (by, bytes): (Side, Vec<u8>), mut each: impl FnMut(&Scan, bool)) {
+        let packet = Packet { from: Some(by), bytes, ..Packet::default() };
+        self.reader.push(Duration::try_from_secs_f64(at_s).unwrap_or_default(), &packet);
         while let Some(event) = self.reader.next_event() {
             if event != HostEvent::Scan {
                 continue;
@@ -141,7 +151,7 @@ mod tests {
         let mut reading = Reading::of(StreamKind::Cola, 0).expect("scanners speak it");
         let mut shown = Vec::new();
         for counter in [65_534, 65_535, 65_535, 0, 1, 60_000, 60_001, 5] {
-            reading.read(0.0, &scan(counter), |scan, is_earlier| {
+            reading.read(0.0, (Side::Device, scan(counter)), |scan, is_earlier| {
                 shown.push((scan.telegram_counter, is_earlier))
             });
         }

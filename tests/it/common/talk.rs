@@ -37,9 +37,10 @@ pub fn payload(dialect: Dialect, frame: &[u8]) -> Vec<u8> {
 }
 
 pub fn login(model: &Model, dialect: Dialect) -> Vec<u8> {
-    let password = PasswordHash(model.logins.iter().find(|login| login.level == 3).expect("one").hash);
+    let login = model.logins.iter().find(|login| login.level >= 3).expect("one");
+    let (level, password) = (login.level, PasswordHash(login.hash));
     let mut frame = Vec::new();
-    encode_frame(dialect, Kind::Mn, SetAccessMode::NAME, &SetAccessMode { level: 3, password }, &mut frame);
+    encode_frame(dialect, Kind::Mn, SetAccessMode::NAME, &SetAccessMode { level, password }, &mut frame);
     payload(dialect, &frame)
 }
 
