@@ -1,6 +1,6 @@
 //! What an estimator reports.
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::leaf::Withheld;
 
@@ -8,7 +8,7 @@ use crate::leaf::Withheld;
 macro_rules! quantities {
     ($( $variant:ident = $key:literal, $meaning:literal; )+) => {
         /// What a measure is of. Keys carry units.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         pub enum Quantity {
             $( #[doc = $meaning] #[serde(rename = $key)] $variant, )+
         }
@@ -59,11 +59,21 @@ impl Quantity {
     }
 }
 
+/// A name of a table: what is read is one of them.
+type Name = &'static str;
+
+/// The name of an estimator, of those that there are.
+fn known<'de, D: Deserializer<'de>>(from: D) -> Result<Name, D::Error> {
+    let name = String::deserialize(from)?;
+    super::name_of(&name).ok_or_else(|| serde::de::Error::custom(format!("unknown estimator `{name}`")))
+}
+
 /// One number of one estimator.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measure {
     /// The estimator's name.
-    pub estimator: &'static str,
+    #[serde(deserialize_with = "known")]
+    pub estimator: Name,
     /// What it is.
     pub quantity: Quantity,
     /// Lower end of the height band, metres; null for the whole height.

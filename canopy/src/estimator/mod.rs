@@ -30,4 +30,4 @@ pub(crate) use contract::{Contact, Setting, SightedLine, Sighting, Slice, Stretc
 pub use measure::{Measure, Quantity};
 pub use reported::REPORTED;
 pub(crate) use set::Estimators;
-pub use table::{TABLE, by_name};
+pub use table::{TABLE, by_name, name_of};
