@@ -1,6 +1,6 @@
 //! What an estimator reports.
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use crate::leaf::Withheld;
 
@@ -59,21 +59,11 @@ impl Quantity {
     }
 }
 
-/// A name of a table: what is read is one of them.
-type Name = &'static str;
-
-/// The name of an estimator, of those that there are.
-fn known<'de, D: Deserializer<'de>>(from: D) -> Result<Name, D::Error> {
-    let name = String::deserialize(from)?;
-    super::name_of(&name).ok_or_else(|| serde::de::Error::custom(format!("unknown estimator `{name}`")))
-}
-
 /// One number of one estimator.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Measure {
     /// The estimator's name.
-    #[serde(deserialize_with = "known")]
-    pub estimator: Name,
+    pub estimator: &'static str,
     /// What it is.
     pub quantity: Quantity,
     /// Lower end of the height band, metres; null for the whole height.

@@ -1,7 +1,6 @@
 //! The list of estimators.
 
 use super::contract::EstimatorInfo;
-use super::reported::REPORTED;
 use super::{gap, height, impacted, lwa, occlusion, polar, porosity, tai, trv, volume, voxel, width};
 
 /// Every estimator. To add one: its file, its line here.
@@ -23,10 +22,4 @@ pub static TABLE: &[EstimatorInfo] = &[
 /// The estimator of that name.
 pub fn by_name(name: &str) -> Option<&'static EstimatorInfo> {
     TABLE.iter().find(|info| info.name == name)
-}
-
-/// That name, as tables hold it, if it is one of an estimator or of what every estimate holds.
-pub fn name_of(name: &str) -> Option<&'static str> {
-    let held = REPORTED.iter().map(|(held, _)| *held).find(|held| *held == name);
-    held.or_else(|| by_name(name).map(|info| info.name))
 }
