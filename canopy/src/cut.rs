@@ -9,7 +9,7 @@
 //!
 //! Nothing at all between two heaps for longer than a tree is a gap: a tree reaches no farther than half the usual distance.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Length of a bin, metres.
 pub(crate) const BIN_M: f64 = 0.05;
@@ -19,7 +19,7 @@ const WIDEST_TREE_M: f64 = 8.0;
 const NARROWEST_TREE_M: f64 = 0.4;
 
 /// How trees are told apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CutMethod {
     /// By the returns below the crown.

@@ -245,7 +245,7 @@ async fn drive(
 fn sprayed(scenario: &Scenario, rig: &ScenarioRig, record: &RunRecord) -> Option<Result<SprayerRun, String>> {
     let spec = scenario.sprayer.as_ref()?;
     let unknown = || format!("nothing is known of {}", spec.bus);
-    let (grown, driven) = ((&rig.stage.scene, &rig.stage.orchard), (rig.bench.tractor(), record.ended));
+    let (grown, driven) = ((&rig.stage.scene, &*rig.stage.orchard), (rig.bench.tractor(), record.ended));
     let troubles = rig.sprayer.as_ref().map(|part| part.troubles()).unwrap_or_default();
     let of = |bus| SprayerRun::of(spec, grown, (driven, troubles), (bus, &rig.sections));
     Some(record.frames.get(&spec.bus).ok_or_else(unknown).and_then(of))

@@ -23,8 +23,8 @@ pub struct Stage {
     pub rig: Rig,
     /// The same with its scanners where they really are.
     true_rig: Rig,
-    /// The grown orchard.
-    pub orchard: Orchard,
+    /// The grown orchard; stages that differ by their rig share it.
+    pub orchard: Arc<Orchard>,
     caster: Arc<Caster>,
     /// What the nozzles of a boom spray before each scanner, besides the scene's own plumes.
     plumes: Vec<Vec<Plume>>,
@@ -69,8 +69,11 @@ impl Stage {
     }
 
     /// A stage on which another orchard stands than the scene grows: one that was grown before, or changed. Its rows end where the scene's drive has headlands.
-    pub fn of_orchard(scene: Scene, orchard: Orchard) -> Self {
-        let orchard = orchard.beside(&scene.drive);
+    pub fn of_orchard(scene: Scene, orchard: impl Into<Arc<Orchard>>) -> Self {
+        let mut orchard = orchard.into();
+        if !orchard.is_beside(&scene.drive) {
+            orchard = Arc::new(Arc::unwrap_or_clone(orchard).beside(&scene.drive));
+        }
         let caster = Arc::new(Caster::new(&orchard));
         Self {
             rig: scene.resolved_rig(),
@@ -96,6 +99,20 @@ impl Stage {
             return Self { plumes: self.plumes, ..Self::of_orchard(scene, self.orchard) };
         }
         Self { rig: scene.resolved_rig(), true_rig: scene.true_rig(), scene, ..self }
+    }
+
+    /// Another stage of the same orchard, which both share, as [`with_scene`](Self::with_scene) makes it; without plumes.
+    #[must_use]
+    pub fn beside(&self, scene: Scene) -> Self {
+        let shared = Self {
+            scene: self.scene.clone(),
+            rig: self.rig.clone(),
+            true_rig: self.true_rig.clone(),
+            orchard: Arc::clone(&self.orchard),
+            caster: Arc::clone(&self.caster),
+            plumes: Vec::new(),
+        };
+        shared.with_scene(scene)
     }
 
     /// A tractor at its start, for the rig's scanners to ride on.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
+use rowscan_study::archive::Archive;
 use rowscan_study::sweep::{self, SweepReport};
 use rowscan_study::{Header, Shard, figure, run};
 
@@ -20,7 +21,7 @@ pub(crate) fn study(
 ) -> PyResult<(Py<PyAny>, String)> {
     let read = warning::of_file(py, |tell| sweep::read(&path, seed.map(|seed| seed.0), repeats, tell))?;
     let report: SweepReport = wait::for_work(py, "run the study", move || {
-        let units = run(&read, Shard::WHOLE, Vec::new(), &|_| Ok(()))?;
+        let units = run(&read, Shard::WHOLE, Vec::new(), &Archive::none(), &|_| Ok(()))?;
         Ok(sweep::report(Header::of(&read), &units))
     })?;
     Ok((document::of(py, &report)?, figure::sweep(&report)))

@@ -70,6 +70,14 @@ impl Leaf {
         }
     }
 
+    /// Moves this leaf: its vertices are those of [`translated`](Self::translated), in the same memory.
+    fn move_by(&mut self, placement: &Placement) {
+        for vertex in &mut self.outline {
+            *vertex = placement.point(*vertex);
+        }
+        self.normal = placement.direction(self.normal);
+    }
+
     /// The same leaf, larger or smaller by `factor` in length and width about its first vertex (its foot).
     ///
     /// # Errors
@@ -221,6 +229,16 @@ impl Tree {
     #[must_use]
     pub fn translated(&self, by: [f64; 3]) -> Self {
         self.placed(&Placement::at(by))
+    }
+
+    /// The same tree elsewhere, in the same memory.
+    #[must_use]
+    pub(crate) fn moved(mut self, by: [f64; 3]) -> Self {
+        let placement = Placement::at(by);
+        self.leaves.iter_mut().for_each(|leaf| leaf.move_by(&placement));
+        self.wood.iter_mut().for_each(|piece| *piece = piece.placed(&placement));
+        self.facets.iter_mut().for_each(|facet| facet.polygon.move_by(&placement));
+        self
     }
 
     /// The same tree as it stands in the scene.

@@ -288,6 +288,9 @@ pub enum Failure {
     /// A study that did not end.
     #[error(transparent)]
     Study(#[from] rowscan_study::RunError),
+    /// A folder that rows cannot be kept in.
+    #[error(transparent)]
+    Archive(#[from] rowscan_study::archive::ArchiveError),
     /// A study's description that is none.
     #[error(transparent)]
     Described(#[from] rowscan_study::StudyFileError),

@@ -56,7 +56,7 @@ pub(super) async fn run(asked: Asked<'_>, interrupt: &mut Interrupt) -> Result<O
     let work = move || -> Result<(SprayerRun, u64, u64), Failure> {
         let seed = stage.scene.seed;
         let sprayed = spraying::spray(&stage, boom, Controlled::default())?;
-        let run = SprayerRun::judged(sprayed.pass, sprayed.log, stage.orchard.into());
+        let run = SprayerRun::judged(sprayed.pass, sprayed.log, stage.orchard);
         // Rays take a moment: before anything is told.
         run.interception();
         Ok((run, seed, sprayed.scans))

@@ -17,7 +17,8 @@ pub use fits::{Fit, PowerFit, View, impacted, symbol, views};
 pub use gates::{Gate, Rule, gates};
 pub use report::{AreasReport, report};
 
-use super::{Study, UnitError, fingerprint};
+use super::{Nursery, Study, UnitError, fingerprint};
+use crate::archive::Depends;
 use crate::trial::Trial;
 use rowscan_emulator::stage::Stage;
 
@@ -138,7 +139,14 @@ impl Study for AreasStudy {
         1.6_f64.powf(f64::from(self.case(index).0))
     }
 
-    fn unit(&self, index: usize) -> Result<Orchard, UnitError> {
+    fn depends(&self, index: usize) -> Option<Depends> {
+        let Self { scene: _, iterations: _, shady_percent: _, lateral, zenith, clearance_m, whole_orchard } =
+            self;
+        let scans = Depends::on_scene(&self.scene_of(index)).and("lateral", lateral).and("zenith", zenith);
+        Some(scans.and("clearance_m", clearance_m).and("whole_orchard", whole_orchard))
+    }
+
+    fn unit(&self, index: usize, _nursery: &Nursery) -> Result<Orchard, UnitError> {
         let stage = Stage::grow(self.scene_of(index), &|_, _| {})?;
         let first_row_m2 = stage.orchard.truth().leaf_area_m2;
         let sample = drive_past(&stage, first_row_m2)?;

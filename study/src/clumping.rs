@@ -10,9 +10,11 @@ use rowscan_emulator::stage::Stage;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
 use rowscan_scenes::optics::Stages;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use crate::archive::{Archive, Depends};
 use crate::eye::placed;
+use crate::name::{self, Name};
 use crate::reading::{CalibrationChoice, Reading, rig_with};
 use crate::trial::{StartUpRequests, TrialError, each_scan};
 use crate::{median, rms};
@@ -33,12 +35,13 @@ pub struct ClumpingStudy {
 }
 
 /// One row.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClumpingRow {
     /// The scene's preset.
     pub scene: String,
     /// The scanner.
-    pub model: &'static str,
+    #[serde(deserialize_with = "name::of_model")]
+    pub model: Name,
     /// Leaf area index.
     pub lai: f64,
     /// From the mirror to the row plane, metres.
@@ -159,13 +162,22 @@ fn places(asked: &ClumpingStudy) -> impl Iterator<Item = (&Scene, AnyModel, f64,
 /// The first row that could not be tried, and rows that fit no law.
 pub fn try_clumping(
     asked: &ClumpingStudy,
+    archive: &Archive,
     done: &(dyn Fn() + Sync),
 ) -> Result<ClumpingReport, ClumpingError> {
     let places: Vec<_> = places(asked).collect();
     let found: Vec<Option<ClumpingRow>> = places
         .par_iter()
         .map(|(scene, model, lai, distance_m, seed)| {
-            let row = row(scene, *model, *lai, *distance_m, *seed);
+            let mut scene = (*scene).clone();
+            scene.orchard.target_lai = Some(*lai);
+            let scene = placed(&scene, *model, *distance_m, *seed);
+            let depends = || {
+                let pass = Depends::on_pass(&scene, model.name());
+                Some(pass.and("lai", lai).and("distance_m", distance_m))
+            };
+            let row =
+                archive.row("clumping", depends, || row(scene.clone(), *model, *lai, *distance_m, *seed));
             done();
             row
         })
@@ -183,21 +195,18 @@ pub fn try_clumping(
 
 /// None where an estimate is withheld, or beams have no width.
 fn row(
-    scene: &Scene,
+    mut scene: Scene,
     model: AnyModel,
     lai: f64,
     distance_m: f64,
     seed: u64,
 ) -> Result<Option<ClumpingRow>, TrialError> {
-    let mut scene = scene.clone();
-    scene.orchard.target_lai = Some(lai);
-    let mut scene = placed(&scene, model, distance_m, seed);
     let name = scene.orchard.preset.to_string();
-    let mut truth_m2 = 0.0;
+    let grown = Stage::grow(scene.clone(), &|_, _| {})?;
+    let truth_m2 = grown.orchard.truth().leaf_area_m2;
     let mut pass = |stages| -> Result<Estimate, TrialError> {
         scene.optics.stages = stages;
-        let stage = Stage::grow(scene.clone(), &|_, _| {})?;
-        truth_m2 = stage.orchard.truth().leaf_area_m2;
+        let stage = grown.beside(scene.clone());
         let rig = rig_with(&stage.rig, 0, model.name());
         let Reading { mut pipeline, cola, lms2xx } =
             Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(None))?;

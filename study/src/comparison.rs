@@ -5,16 +5,17 @@ use rowscan_canopy::estimator::{TABLE, by_name};
 use rowscan_canopy::{Calibration, CutMethod, Measure, Pipeline, PipelineError, Quantity};
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::appraisal::Appraisal;
+use crate::archive::{Archive, Depends};
 use crate::fine_scan::fine_scan;
 use crate::reading::ReadingError;
 use crate::trial::{Trial, TrialError};
 use rowscan_emulator::stage::Stage;
 
 /// What numbers are of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Scope {
     /// The whole row.
@@ -68,6 +69,7 @@ pub struct CutCompared {
 }
 
 /// A row's numbers.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct Row {
     pairs: Vec<(Scope, Measure, f64)>,
     cuts: Vec<(CutMethod, i64, Vec<f64>)>,
@@ -80,12 +82,16 @@ pub fn compare(
     seeds: &[u64],
     model: AnyModel,
     calibration: Option<&Calibration>,
+    archive: &Archive,
     done: &(dyn Fn() + Sync),
 ) -> Result<(Vec<Compared>, Vec<CutCompared>), TrialError> {
     let rows: Vec<Row> = seeds
         .par_iter()
         .map(|&seed| {
-            let row = Row::try_one(Scene { seed, ..scene.clone() }, model, calibration.cloned());
+            let scene = Scene { seed, ..scene.clone() };
+            let depends = || Some(Depends::on_pass(&scene, model.name()).and("calibration", &calibration));
+            let row = archive
+                .row("estimators", depends, || Row::try_one(scene.clone(), model, calibration.cloned()));
             done();
             row
         })

@@ -6,10 +6,11 @@ use rowscan_scenes::Scene;
 use rowscan_scenes::parameters::SceneFile;
 use serde::{Deserialize, Serialize};
 
+use crate::archive::Depends;
 use crate::calibrations;
 use crate::classes::Classes;
 use crate::wilson::wilson;
-use crate::{Header, Study, Unit, UnitError, fingerprint, rms};
+use crate::{Header, Nursery, Study, Unit, UnitError, fingerprint, rms};
 
 /// Rows of every class.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,6 +59,12 @@ impl CoverageRow {
     }
 }
 
+impl CoverageStudy {
+    fn seed(&self, index: usize) -> u64 {
+        fingerprint::seed(Self::NAME, self.classes.scene.seed, index % self.rows.max(1))
+    }
+}
+
 impl Study for CoverageStudy {
     const NAME: &'static str = "coverage";
     type Result = CoverageRow;
@@ -78,12 +85,22 @@ impl Study for CoverageStudy {
         1.0
     }
 
-    fn unit(&self, index: usize) -> Result<CoverageRow, UnitError> {
+    fn depends(&self, index: usize) -> Option<Depends> {
+        let class = self.classes.classes.get(index / self.rows.max(1))?;
+        class.depends(&self.classes.files, self.seed(index))
+    }
+
+    fn grown(&self, index: usize) -> Option<Scene> {
+        let class = self.classes.classes.get(index / self.rows.max(1))?;
+        class.scene_of(&self.classes.files, self.seed(index)).ok()
+    }
+
+    fn unit(&self, index: usize, nursery: &Nursery) -> Result<CoverageRow, UnitError> {
         let Some(class) = self.classes.classes.get(index / self.rows.max(1)) else {
             return Err(UnitError::Class { name: index.to_string(), why: "there is none".to_owned() });
         };
-        let seed = fingerprint::seed(Self::NAME, self.classes.scene.seed, index % self.rows.max(1));
-        let trial = class.drive_past(&self.classes.files, seed, &[], |rig| {
+        let seed = self.seed(index);
+        let trial = class.drive_past(nursery, &self.classes.files, seed, &[], |rig| {
             let mount = rig.scanners.first()?;
             calibrations::load_calibration_for(rig.calibration.as_deref()?, &mount.model, rig.optics)
                 .ok()

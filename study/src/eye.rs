@@ -1,16 +1,16 @@
 //! Leaf area through the device's eye: every estimator against the truth, by model and distance, before and after the spot is taken out.
 
-use rayon::prelude::*;
 use rowscan_canopy::estimator::by_name;
 use rowscan_canopy::{Estimate, Parameters, Pipeline, Quantity};
-use rowscan_emulator::stage::Stage as Set;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::Scene;
 use rowscan_scenes::optics::Stages;
 use serde::Serialize;
 
+use crate::archive::{Archive, Depends};
 use crate::class::row_class;
+use crate::nursery::{self, Nursery};
 use crate::reading::{ReadingError, rig_with};
 use crate::trial::{ByHitsAndShares, TrialError, each_scan};
 use crate::wilson::wilson;
@@ -125,7 +125,11 @@ type Ratio = Option<(f64, Option<[f64; 2]>)>;
 ///
 /// # Errors
 /// The first row that could not be tried.
-pub fn through_the_eye(asked: &ThroughTheEye, done: &(dyn Fn() + Sync)) -> Result<Vec<Seen>, TrialError> {
+pub fn through_the_eye(
+    asked: &ThroughTheEye,
+    archive: &Archive,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<Seen>, TrialError> {
     let mut places = Vec::new();
     for scene in &asked.scenes {
         for model in &asked.models {
@@ -134,14 +138,17 @@ pub fn through_the_eye(asked: &ThroughTheEye, done: &(dyn Fn() + Sync)) -> Resul
     }
     let passes: Vec<_> =
         places.iter().flat_map(|place| asked.seeds.iter().map(move |seed| (*place, *seed))).collect();
-    let rows: Vec<Vec<Ratio>> = passes
-        .par_iter()
-        .map(|((scene, model, distance_m), seed)| {
-            let row = row(scene, *model, *distance_m, *seed);
-            done();
-            row
-        })
-        .collect::<Result<_, _>>()?;
+    let scene_of = |((scene, model, distance_m), seed): &((&Scene, AnyModel, f64), u64)| {
+        let mut scene = placed(scene, *model, *distance_m, *seed);
+        scene.optics.stages = Stages::device();
+        scene
+    };
+    let rows: Vec<Vec<Ratio>> = nursery::each(&passes, scene_of, |((_, model, _), _), scene, nursery| {
+        let depends = || Some(Depends::on_pass(&scene, model.name()));
+        let row = archive.row("eye", depends, || row(scene.clone(), *model, nursery));
+        done();
+        row
+    })?;
     let mut seen = Vec::new();
     for ((scene, model, distance_m), rows) in places.iter().zip(rows.chunks(asked.seeds.len().max(1))) {
         for (at, way) in Way::ALL.into_iter().enumerate() {
@@ -170,10 +177,8 @@ pub(crate) fn placed(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64)
     scene
 }
 
-fn row(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64) -> Result<Vec<Ratio>, TrialError> {
-    let mut scene = placed(scene, model, distance_m, seed);
-    scene.optics.stages = Stages::device();
-    let set = Set::grow(scene, &|_, _| {})?;
+fn row(scene: Scene, model: AnyModel, nursery: &Nursery) -> Result<Vec<Ratio>, TrialError> {
+    let set = nursery.grow(scene)?;
     let truth = set.orchard.truth();
     let rig = rig_with(&set.rig, 0, model.name());
     let ByHitsAndShares { by_hits, by_shares, asked } = ByHitsAndShares::of(&rig, true)?;

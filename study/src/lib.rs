@@ -2,10 +2,11 @@
 //!
 //! A [`Study`] is a set of settings that says how many units (orchards) it has and what one gives. [`run`] works through a
 //! [`Shard`] of them on all cores; a [`journal`] keeps every finished unit, so that an interrupted run goes on where it was; a
-//! [`ShardFile`] holds a finished shard, and [`merge`] joins shards. The report is made from the merged units alone, so that its
+//! [`ShardFile`] holds a finished shard, and [`merge`] joins shards; an [`Archive`] has the results of other studies' units. The report is made from the merged units alone, so that its
 //! numbers are the same however the work was cut. Seeds follow from (study, seed, unit) and from nothing else.
 
 pub mod appraisal;
+pub mod archive;
 pub mod areas;
 pub mod budget;
 pub mod calibrations;
@@ -24,6 +25,8 @@ pub mod fingerprint;
 pub mod foliage;
 pub mod height_truth;
 pub mod journal;
+mod name;
+mod nursery;
 pub mod physics;
 pub mod pieces;
 pub mod profile_beside;
@@ -44,8 +47,11 @@ pub mod transfer;
 pub mod trial;
 mod wilson;
 
+use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
+use archive::{Archive, Depends};
+pub use nursery::Nursery;
 use rayon::prelude::*;
 use rowscan_scenes::Scene;
 use rowscan_scenes::parameters::SceneFile;
@@ -78,8 +84,17 @@ pub trait Study: Clone + PartialEq + Serialize + DeserializeOwned + Sync {
     /// How long a unit takes, in any measure: what makes the remaining time honest where units differ.
     fn effort(&self, index: usize) -> f64;
 
-    /// Does one unit.
-    fn unit(&self, index: usize) -> Result<Self::Result, UnitError>;
+    /// All that one unit depends on, by which a kept result is found again: the same for units of two studies that are the same orchard under the same
+    /// settings. None where it cannot be told; such a unit is never kept.
+    fn depends(&self, index: usize) -> Option<Depends>;
+
+    /// The scene that a unit grows, where other units may grow the same trees: those are done one after another, and grown once.
+    fn grown(&self, _index: usize) -> Option<Scene> {
+        None
+    }
+
+    /// Does one unit, on trees from the nursery where [`grown`](Self::grown) names them.
+    fn unit(&self, index: usize, nursery: &Nursery) -> Result<Self::Result, UnitError>;
 }
 
 /// A unit with its result.
@@ -190,31 +205,63 @@ pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
     Some((lower + upper) / 2.0)
 }
 
-/// Works through the units of `shard` that `done` does not hold, on all cores, and gives all of them in order.
+/// Works through the units of `shard` that neither `done` nor the archive holds, on all cores, and gives all of them in order.
 ///
 /// `keep` hears of every unit as soon as it is there (from several threads); its first failure ends the run.
 pub fn run<S: Study>(
     study: &S,
     shard: Shard,
     done: Vec<Unit<S::Result>>,
+    archive: &Archive,
     keep: &(dyn Fn(&Unit<S::Result>) -> std::io::Result<()> + Sync),
 ) -> Result<Vec<Unit<S::Result>>, RunError> {
     let mut open: Vec<usize> =
         shard.units(study.units()).filter(|index| done.iter().all(|unit| unit.index != *index)).collect();
-    // The long ones first, so that no core waits for one at the end.
+    let copies = take_copies(study, &mut open, &done);
+    // The long ones first, so that no core waits for one at the end; and those of the same trees together.
+    open.sort_by_cached_key(|index| study.grown(*index).map(|scene| nursery::key(&scene)));
     open.sort_by(|a, b| study.effort(*b).total_cmp(&study.effort(*a)));
+    let nursery = Nursery::default();
     let units = Mutex::new(done);
     on_all_cores(&open, &|index| {
-        let result = study.unit(index).map_err(|cause| RunError::Unit { index, cause })?;
+        let result = archive
+            .row(S::NAME, || study.depends(index), || study.unit(index, &nursery))
+            .map_err(|cause| RunError::Unit { index, cause })?;
         let unit = Unit { index, result };
         keep(&unit).map_err(|cause| RunError::Keep { index, cause })?;
         units.lock().unwrap_or_else(PoisonError::into_inner).push(unit);
         Ok(())
     })?;
     let mut units = units.into_inner().unwrap_or_else(PoisonError::into_inner);
+    for (index, of) in copies {
+        let Some(result) = units.iter().find(|unit| unit.index == of).map(|unit| unit.result.clone()) else {
+            continue;
+        };
+        let unit = Unit { index, result };
+        keep(&unit).map_err(|cause| RunError::Keep { index, cause })?;
+        units.push(unit);
+    }
     // Cached, what is sorted is numbers, whatever the study.
     units.sort_by_cached_key(|unit| unit.index);
     Ok(units)
+}
+
+/// Takes out of `open` what depends on the very same as another unit there or in `done`, such as classes of two axes that are both the scene itself: the unit,
+/// and the one whose result is its own.
+fn take_copies<S: Study>(study: &S, open: &mut Vec<usize>, done: &[Unit<S::Result>]) -> Vec<(usize, usize)> {
+    let key = |index: usize| study.depends(index).map(|depends| depends.to_line());
+    let mut firsts: BTreeMap<String, usize> =
+        done.iter().filter_map(|unit| Some((key(unit.index)?, unit.index))).collect();
+    let mut copies = Vec::new();
+    open.retain(|index| {
+        let Some(key) = key(*index) else { return true };
+        let first = *firsts.entry(key).or_insert(*index);
+        if first != *index {
+            copies.push((*index, first));
+        }
+        first == *index
+    });
+    copies
 }
 
 /// Compiled once for all studies.

@@ -9,9 +9,10 @@ use rowscan_protocol::scan::NO_ECHO;
 use rowscan_scenes::Scene;
 use rowscan_scenes::caster::Class;
 use rowscan_scenes::optics::{Stage, Stages};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::appraisal::Appraisal;
+use crate::archive::{Archive, Depends};
 use crate::eye::{placed, spot_left_in};
 use crate::moments;
 use crate::reading::{CalibrationChoice, Reading, rig_with};
@@ -147,7 +148,11 @@ type Values = Vec<Option<f64>>;
 ///
 /// # Errors
 /// The first row that could not be tried.
-pub fn physics(asked: &Physics, done: &(dyn Fn() + Sync)) -> Result<Vec<Effect>, TrialError> {
+pub fn physics(
+    asked: &Physics,
+    archive: &Archive,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<Effect>, TrialError> {
     let places: Vec<(AnyModel, f64)> = asked
         .models
         .iter()
@@ -160,7 +165,9 @@ pub fn physics(asked: &Physics, done: &(dyn Fn() + Sync)) -> Result<Vec<Effect>,
     let rows: Vec<TriedRow> = tries
         .par_iter()
         .map(|(model, distance_m, seed)| {
-            let row = TriedRow::of(&asked.scene, *model, *distance_m, *seed);
+            let scene = placed(&asked.scene, *model, *distance_m, *seed);
+            let depends = || Some(Depends::on_pass(&scene, model.name()));
+            let row = archive.row("physics", depends, || TriedRow::of(scene.clone(), *model));
             done();
             row
         })
@@ -198,6 +205,7 @@ pub fn physics(asked: &Physics, done: &(dyn Fn() + Sync)) -> Result<Vec<Effect>,
 }
 
 /// One row before one scanner at one distance.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct TriedRow {
     /// By rung, then by output.
     rungs: Vec<Values>,
@@ -205,8 +213,7 @@ struct TriedRow {
 }
 
 impl TriedRow {
-    fn of(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64) -> Result<Self, TrialError> {
-        let scene = placed(scene, model, distance_m, seed);
+    fn of(scene: Scene, model: AnyModel) -> Result<Self, TrialError> {
         let mut set = Set::grow(scene, &|_, _| {})?;
         let mount = set.rig.scanners.first().cloned().unwrap_or_default();
         let appraisal = Appraisal::of(&set.orchard, &mount, set.rig.ground_clearance_m);

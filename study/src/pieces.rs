@@ -7,11 +7,14 @@ use rowscan_emulator::stage::Stage as Set;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::optics::Stages;
 use rowscan_scenes::{Scene, TruthGrid};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use crate::archive::{Archive, Depends};
 use crate::class::row_class;
 use crate::eye::placed;
 use crate::height_truth::TruthByBand;
+use crate::name::{self, Name};
+use crate::nursery::Nursery;
 use crate::reading::{ReadingError, rig_with};
 use crate::trial::{ByHitsAndShares, TrialError, each_scan};
 use crate::{median, rms};
@@ -39,12 +42,14 @@ pub struct PiecesStudy {
 }
 
 /// How pieces were measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Way {
     /// What a hit counts: `contact` or `share`.
-    pub count: &'static str,
+    #[serde(deserialize_with = "name::of_way")]
+    pub count: Name,
     /// `rays` or `eye`.
-    pub beams: &'static str,
+    #[serde(deserialize_with = "name::of_way")]
+    pub beams: Name,
 }
 
 /// All ways, in the order of tables.
@@ -89,7 +94,7 @@ pub struct PiecesFound {
 }
 
 /// One piece beside its truth.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Pair {
     pub(crate) length_m: f64,
     pub(crate) unshrunk_m2: f64,
@@ -99,7 +104,7 @@ pub(crate) struct Pair {
 }
 
 /// The pieces of one row, by one way.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct RowPieces {
     way: Way,
     kinds: Vec<(String, f64, Vec<Pair>)>,
@@ -109,8 +114,12 @@ struct RowPieces {
 ///
 /// # Errors
 /// The first row that could not be tried.
-pub fn try_pieces(asked: &PiecesStudy, done: &(dyn Fn() + Sync)) -> Result<Vec<PiecesFound>, TrialError> {
-    let mut found = Vec::new();
+pub fn try_pieces(
+    asked: &PiecesStudy,
+    archive: &Archive,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<PiecesFound>, TrialError> {
+    let (mut found, nursery) = (Vec::new(), Nursery::default());
     for (model, distance_m) in places(asked) {
         let passes: Vec<(&Scene, u64, bool)> = asked
             .scenes
@@ -121,7 +130,11 @@ pub fn try_pieces(asked: &PiecesStudy, done: &(dyn Fn() + Sync)) -> Result<Vec<P
         let rows: Vec<Vec<RowPieces>> = passes
             .par_iter()
             .map(|&(scene, seed, eye)| {
-                let rows = pass(placed(scene, model, distance_m, seed), model, eye, asked.band_m);
+                let mut scene = placed(scene, model, distance_m, seed);
+                scene.optics.stages = if eye { Stages::device() } else { Stages::default() };
+                let depends = || Some(Depends::on_pass(&scene, model.name()).and("band_m", &asked.band_m));
+                let look = || pass(scene.clone(), (model, eye), asked.band_m, &nursery);
+                let rows = archive.row("pieces", depends, look);
                 done();
                 rows
             })
@@ -144,9 +157,13 @@ fn places(asked: &PiecesStudy) -> impl Iterator<Item = (AnyModel, f64)> + '_ {
     asked.models.iter().flat_map(|model| asked.distances_m.iter().map(|distance_m| (*model, *distance_m)))
 }
 
-fn pass(mut scene: Scene, model: AnyModel, eye: bool, band_m: f64) -> Result<Vec<RowPieces>, TrialError> {
-    scene.optics.stages = if eye { Stages::device() } else { Stages::default() };
-    let set = Set::grow(scene, &|_, _| {})?;
+fn pass(
+    scene: Scene,
+    (model, eye): (AnyModel, bool),
+    band_m: f64,
+    nursery: &Nursery,
+) -> Result<Vec<RowPieces>, TrialError> {
+    let set = nursery.grow(scene)?;
     let rig = rig_with(&set.rig, 0, model.name());
     let ByHitsAndShares { by_hits, by_shares, asked } = ByHitsAndShares::of(&rig, eye)?;
     let class = row_class(&set.scene, &set.orchard.truth());

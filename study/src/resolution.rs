@@ -9,7 +9,8 @@ use rowscan_scenes::scan::{ScanError, ScanPlan, ScanSettings, Target};
 use rowscan_scenes::{Orchard, Scene};
 use serde::{Deserialize, Serialize};
 
-use super::{Header, Study, Unit, UnitError, fingerprint};
+use super::{Header, Nursery, Study, Unit, UnitError, fingerprint};
+use crate::archive::Depends;
 use rowscan_protocol::random::Stream;
 
 /// The advance every other is held against, millimetres: the paper's.
@@ -115,7 +116,13 @@ impl Study for ResolutionStudy {
         1.0
     }
 
-    fn unit(&self, index: usize) -> Result<ResolutionUnit, UnitError> {
+    fn depends(&self, index: usize) -> Option<Depends> {
+        let seed = fingerprint::seed(Self::NAME, self.scene.seed, index);
+        let one = Self { orchards: 1, scene: Scene { seed, ..self.scene.clone() }, ..self.clone() };
+        Some(Depends::on_scene(&one.scene).and("settings", &one))
+    }
+
+    fn unit(&self, index: usize, _nursery: &Nursery) -> Result<ResolutionUnit, UnitError> {
         let seed = fingerprint::seed(Self::NAME, self.scene.seed, index);
         let mut parameters = self.scene.orchard.clone();
         parameters.tree_spacing_m = Some(self.tree_spacing_m);

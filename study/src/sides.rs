@@ -10,8 +10,9 @@ use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{Rig, RowSide};
 use rowscan_scenes::Scene;
 use rowscan_scenes::optics::Stages;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use crate::archive::{Archive, Depends};
 use crate::class::row_class;
 use crate::eye::placed;
 use crate::moments;
@@ -106,7 +107,7 @@ pub struct SidesFound {
 }
 
 /// A row, scanned one way.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct RowFound {
     ratio: f64,
     interval: Option<(bool, f64)>,
@@ -114,16 +115,23 @@ struct RowFound {
     trees: Vec<Pair>,
 }
 
-/// Passes that [`try_sides`] makes: two a row and kind of beams.
+/// One from either alley.
+const PASSES_A_ROW: usize = 2;
+
+/// Passes that [`try_sides`] makes, by rays and by the eye.
 pub fn passes(asked: &SidesStudy) -> usize {
-    4 * asked.scenes.len() * asked.seeds.len() * asked.models.len()
+    2 * PASSES_A_ROW * asked.scenes.len() * asked.seeds.len() * asked.models.len()
 }
 
 /// Tries everything; `done` hears of every pass that is through.
 ///
 /// # Errors
 /// The first row that could not be tried.
-pub fn try_sides(asked: &SidesStudy, done: &(dyn Fn() + Sync)) -> Result<Vec<SidesFound>, SidesError> {
+pub fn try_sides(
+    asked: &SidesStudy,
+    archive: &Archive,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<SidesFound>, SidesError> {
     let mut found = Vec::new();
     for scene in &asked.scenes {
         for model in &asked.models {
@@ -131,7 +139,14 @@ pub fn try_sides(asked: &SidesStudy, done: &(dyn Fn() + Sync)) -> Result<Vec<Sid
                 let rows: Vec<Option<[RowFound; 4]>> = asked
                     .seeds
                     .par_iter()
-                    .map(|seed| row(placed(scene, *model, asked.distance_m, *seed), *model, eye, done))
+                    .map(|seed| {
+                        let mut scene = placed(scene, *model, asked.distance_m, *seed);
+                        scene.optics.stages = if eye { Stages::device() } else { Stages::default() };
+                        let depends = || Some(Depends::on_pass(&scene, model.name()));
+                        let row = archive.row("sides", depends, || row(scene.clone(), *model));
+                        (0..PASSES_A_ROW).for_each(|_| done());
+                        row
+                    })
                     .collect::<Result<_, _>>()?;
                 let rows: Vec<[RowFound; 4]> = rows.into_iter().flatten().collect();
                 let beams = if eye { "eye" } else { "rays" };
@@ -159,15 +174,9 @@ fn from_other_alley(mut scene: Scene) -> Scene {
 }
 
 /// None where an estimate is withheld.
-fn row(
-    mut scene: Scene,
-    model: AnyModel,
-    eye: bool,
-    done: &(dyn Fn() + Sync),
-) -> Result<Option<[RowFound; 4]>, SidesError> {
-    scene.optics.stages = if eye { Stages::device() } else { Stages::default() };
-    let stage = |scene| Stage::grow(scene, &|_, _| {}).map_err(TrialError::from);
-    let (near, far) = (stage(scene.clone())?, stage(from_other_alley(scene))?);
+fn row(scene: Scene, model: AnyModel) -> Result<Option<[RowFound; 4]>, SidesError> {
+    let near = Stage::grow(scene.clone(), &|_, _| {}).map_err(TrialError::from)?;
+    let far = near.beside(from_other_alley(scene));
     let pipeline = |stage: &Stage| -> Result<_, TrialError> {
         let rig: Rig = rig_with(&stage.rig, 0, model.name());
         let ByHitsAndShares { by_hits, asked, .. } = ByHitsAndShares::of(&rig, false)?;
@@ -176,7 +185,6 @@ fn row(
     let (other, asked) = pipeline(&far)?;
     let mut other = other.keeping_voxels();
     each_scan(&far, model, asked, &mut |scan| other.push(scan))?;
-    done();
     let from_other = other.finish();
     let heading = Heading { start_m: far.rig.start_m, back: false };
     let side = Arc::new(other.other_side(heading)?);
@@ -186,7 +194,6 @@ fn row(
         one.push(scan);
         both.push(scan);
     })?;
-    done();
     let truth_m2 = near.orchard.truth().leaf_area_m2;
     let (slabs, spacing_m) = (TruthBySlab::of(&near), near.rig.tree_spacing_m.unwrap_or(1.0));
     let found = |estimate: &Estimate| {

@@ -11,10 +11,14 @@ use rowscan_protocol::scan::Scan;
 use rowscan_protocol::validity::ScanFault;
 use rowscan_scenes::{GrowError, Return, Scene, Truth};
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 use rowscan_emulator::offline::{Offline, SetUpError};
 use rowscan_emulator::offline_lms2xx::OfflineLms2xx;
 use rowscan_emulator::stage::{Stage, StageError};
 
+use crate::archive::{Archive, Depends};
 use crate::class::row_class;
 use crate::reading::{CalibrationChoice, Reading, ReadingError, reading_remission, rig_with};
 
@@ -102,24 +106,43 @@ impl Trial {
             class,
         })
     }
+}
 
-    /// Tries one row a scene, on all cores; the order of the scenes is the order of the results.
-    pub fn run_all(
-        scenes: &[Scene],
-        model: impl Into<AnyModel>,
-        calibration: Option<&Calibration>,
-        done: &(dyn Fn() + Sync),
-    ) -> Result<Vec<Self>, TrialError> {
-        let model = model.into();
-        scenes
-            .par_iter()
-            .map(|scene| {
-                let trial = Self::run(scene.clone(), model, calibration.cloned());
-                done();
-                trial
-            })
-            .collect()
-    }
+/// Tries one row a scene, on all cores, and takes of each what is wanted; the order of the scenes is the order of the results. `done` hears of every row.
+///
+/// # Errors
+/// The first row that could not be tried.
+pub fn run_all<T>(
+    scenes: &[Scene],
+    model: AnyModel,
+    calibration: Option<&Calibration>,
+    wanted: &Wanted<'_, T>,
+    archive: &Archive,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<T>, TrialError>
+where
+    T: Serialize + DeserializeOwned + PartialEq + Send,
+{
+    scenes
+        .par_iter()
+        .map(|scene| {
+            let depends = || Some(Depends::on_pass(scene, model.name()).and("calibration", &calibration));
+            let work =
+                || Trial::run(scene.clone(), model, calibration.cloned()).map(|trial| (wanted.take)(&trial));
+            let row = archive.row(wanted.name, depends, work);
+            done();
+            row
+        })
+        .collect()
+}
+
+/// What is wanted of a row that was tried.
+#[derive(Clone, Copy)]
+pub struct Wanted<'a, T> {
+    /// What kept rows are found again by: another one for what takes anything else.
+    pub name: &'a str,
+    /// What is taken.
+    pub take: &'a (dyn Fn(&Trial) -> T + Sync),
 }
 
 /// What a device is asked at its start-up.

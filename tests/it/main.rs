@@ -44,6 +44,7 @@ mod hostile;
 mod interrupted;
 mod interrupted_reading;
 mod isobus;
+mod kept_rows;
 mod links;
 #[cfg(feature = "manual")]
 mod manual_pages;

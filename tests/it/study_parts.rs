@@ -8,6 +8,7 @@ use std::process::{Command, Stdio};
 use common::binary::{finish, run, text};
 use common::studies::{SMALL, quick_areas, small, whole};
 use rowscan_study::Shard;
+use rowscan_study::archive::Archive;
 use rowscan_study::areas::AreasStudy;
 use rowscan_study::journal::{self, Journal};
 
@@ -123,7 +124,8 @@ fn a_journal_keeps_what_was_whole_wherever_the_disk_filled_up() {
             continue;
         };
         assert!(kept.units.len() < units.len() && kept.units == units[..kept.units.len()], "{room}");
-        let resumed = rowscan_study::run(&study, Shard::WHOLE, kept.units, &|_| Ok(())).expect("it runs");
+        let resumed = rowscan_study::run(&study, Shard::WHOLE, kept.units, &Archive::none(), &|_| Ok(()))
+            .expect("it runs");
         assert!(resumed == units);
     }
     let other = AreasStudy { clearance_m: 0.7, ..study.clone() };
@@ -133,4 +135,43 @@ fn a_journal_keeps_what_was_whole_wherever_the_disk_filled_up() {
         "another shard's journal"
     );
     assert!(journal::read(b"{}\n", &study, Shard::WHOLE).is_err(), "no journal at all");
+}
+
+/// Tasks of the job array of docs/examples/slurm.sh, on this machine: one is killed in the middle, its command line is submitted again.
+#[test]
+fn a_killed_worker_of_a_job_array_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let quick = std::fs::read_to_string(root.join("docs/examples/quick-study.toml")).expect("the example");
+    let (study, out) = (folder.path().join("study.toml"), folder.path().join("out"));
+    std::fs::write(&study, quick.replace("repeats = 2", "repeats = 12")).expect("written");
+    let submit = |task: &str| {
+        let mut job = Command::new(root.join("docs/examples/slurm.sh"));
+        job.args([&study, &out]).env("ROWSCAN", env!("CARGO_BIN_EXE_rowscan")).env("RAYON_NUM_THREADS", "1");
+        job.env("SLURM_ARRAY_TASK_ID", task).env("SLURM_ARRAY_TASK_COUNT", "2");
+        job.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("bash runs")
+    };
+    let journal = out.join("1.json.journal");
+    let finished =
+        || std::fs::read_to_string(&journal).map_or(0, |text| text.lines().count().saturating_sub(1));
+    let mut worker = submit("1");
+    while finished() < 2 {
+        assert_eq!(worker.try_wait().expect("a child"), None, "it ended before it could be killed");
+        std::thread::yield_now();
+    }
+    worker.kill().expect("killed");
+    worker.wait().expect("a child");
+    let kept = finished();
+    assert!((2..24).contains(&kept) && !out.join("1.json").exists(), "{kept} of 24 units");
+
+    for task in ["2", "1", "1"] {
+        let ended = finish(submit(task));
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    }
+    assert!(!journal.exists());
+    let merged =
+        run(&["study", "merge", text(&out.join("1.json")), text(&out.join("2.json")), "--format", "csv"]);
+    let straight = run(&["study", "run", text(&study), "--format", "csv"]);
+    assert_eq!((merged.code, straight.code), (Some(0), Some(0)), "{}{}", merged.stderr, straight.stderr);
+    assert_eq!(merged.stdout, straight.stdout);
 }

@@ -28,7 +28,7 @@ use crate::common::{raw_client, small_scene};
 /// A scanner on a rig with a page.
 struct Watched {
     emulator: Emulator,
-    orchard: Orchard,
+    orchard: Arc<Orchard>,
     web: Web,
     _running: Running,
     _following: JoinSet<()>,

@@ -1,6 +1,6 @@
 //! What an estimator reports.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::leaf::Withheld;
 
@@ -8,7 +8,7 @@ use crate::leaf::Withheld;
 macro_rules! quantities {
     ($( $variant:ident = $key:literal, $meaning:literal; )+) => {
         /// What a measure is of. Keys carry units.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         pub enum Quantity {
             $( #[doc = $meaning] #[serde(rename = $key)] $variant, )+
         }

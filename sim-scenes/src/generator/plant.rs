@@ -82,9 +82,9 @@ pub(crate) fn plant(
             Some(target::reach(&mut drafts, &keys, copies, &goal)?)
         }
     };
-    let place = |draft: &Draft, planting: &Planting| {
+    let place = |draft: Draft, planting: &Planting| {
         let tree = finish(draft);
-        if is_placed { tree } else { tree.translated(planting.base) }
+        if is_placed { tree } else { tree.moved(planting.base) }
     };
     let supports = drafts
         .iter()
@@ -92,7 +92,9 @@ pub(crate) fn plant(
         .flat_map(|(draft, planting)| draft.supports.iter().map(|support| support.translated(planting.base)))
         .collect();
     let foliage = FoliageShares::of(&drafts, copies);
-    let trees = drafts.par_iter().zip(plantings).map(|(draft, planting)| place(draft, planting)).collect();
+    // Each draft becomes its tree: leaves are never there twice.
+    let trees =
+        drafts.into_par_iter().zip(plantings).map(|(draft, planting)| place(draft, planting)).collect();
     Ok(Planted { trees, supports, adjustment, foliage, remarks: generator.remarks() })
 }
 
@@ -127,7 +129,7 @@ fn thin_together(drafts: &mut [Draft], plantings: &[Planting], tree: &TreeParame
 }
 
 /// What is left, as cylinders and polygons: grown wood first, then petioles, then wood without history.
-fn finish(draft: &Draft) -> Tree {
+fn finish(draft: Draft) -> Tree {
     let grown = draft.segments.iter().filter_map(|segment| {
         let tip = segment.base + segment.direction * segment.length_m;
         // A segment of which nothing is left has no length and is no cylinder.
@@ -135,9 +137,9 @@ fn finish(draft: &Draft) -> Tree {
     });
     let petioles = draft.blades.iter().filter_map(|Blade { petiole, .. }| *petiole);
     Tree {
-        leaves: draft.blades.iter().map(|blade| blade.leaf.clone()).collect(),
         wood: grown.chain(petioles).chain(draft.wood.iter().copied()).collect(),
-        facets: draft.facets.iter().cloned().chain(draft.fruits.iter().flat_map(fruit::facets)).collect(),
+        facets: draft.facets.into_iter().chain(draft.fruits.iter().flat_map(fruit::facets)).collect(),
+        leaves: draft.blades.into_iter().map(|blade| blade.leaf).collect(),
     }
 }
 

@@ -87,6 +87,11 @@ impl Orchard {
         Self { repeats: !drive.has_headlands(), ..self }
     }
 
+    /// True if this drive finds it as it is.
+    pub fn is_beside(&self, drive: &Drive) -> bool {
+        self.repeats != drive.has_headlands()
+    }
+
     /// The same orchard with posts and wires.
     #[must_use]
     pub fn with_supports(self, supports: Vec<Support>) -> Self {

@@ -467,7 +467,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let failed = all.iter_mut().find_map(|followed| std::mem::replace(&mut followed.ended, Ok(())).err());
     let truth = |place: usize| {
         let is_here = recorded.get(place).is_some_and(|recorded| recorded.other_scene.is_none());
-        orchard.as_ref().zip(rigs.get(place)).filter(|_| is_here)
+        orchard.as_deref().zip(rigs.get(place)).filter(|_| is_here)
     };
     let is_asked = rig.is_some() && !maps.are_none();
     let map = is_asked.then(|| args.mapped(&maps, &all, &scanners, &rigs));

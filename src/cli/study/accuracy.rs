@@ -2,8 +2,9 @@
 
 use comfy_table::Cell;
 use rowscan_canopy::TreeEstimate;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use super::keep::KeepArgs;
 use super::rows::{Rows, Seeds, tries};
 use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, say, share};
@@ -26,13 +27,15 @@ pub(in crate::cli) struct Args {
     /// A calibration instead of the rig's own: a file, a shipped one's name, or a class (`spindle`), then that of the scanner's model
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
+    #[command(flatten)]
+    keep: KeepArgs,
     /// How to write the table
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
 /// One row of the accuracy table.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct AccuracyRow {
     seed: u64,
     leaf_area_m2: f64,
@@ -87,18 +90,32 @@ impl AccuracySummary {
     }
 }
 
+/// What the tables are made of: a row and its trees.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct TriedRow {
+    row: AccuracyRow,
+    trees_by_regression: Vec<Option<f64>>,
+    trees_by_contact: Vec<Option<f64>>,
+}
+
+impl From<&Trial> for TriedRow {
+    fn from(trial: &Trial) -> Self {
+        Self {
+            row: trial.into(),
+            trees_by_regression: tree_errors(trial, |tree| tree.leaf.areas.regression_m2().ok()),
+            trees_by_contact: tree_errors(trial, |tree| tree.leaf.areas.contact_m2().ok()),
+        }
+    }
+}
+
 /// Relative errors tree by tree, against the leaf area within each tree's borders.
-fn tree_errors(
-    trials: &[Trial],
-    found: fn(&TreeEstimate) -> Option<f64>,
-) -> impl Iterator<Item = Option<f64>> + '_ {
-    trials.iter().flat_map(move |trial| {
-        trial.estimate.trees.iter().filter(|tree| tree.complete).map(move |tree| {
-            let real = trial.truth.tree(tree.tree)?;
-            let truth = real.cell_leaf_area_m2.filter(|area| *area > 0.0)?;
-            found(tree).map(|found| (found - truth) / truth)
-        })
-    })
+fn tree_errors(trial: &Trial, found: fn(&TreeEstimate) -> Option<f64>) -> Vec<Option<f64>> {
+    let error = |tree: &TreeEstimate| {
+        let real = trial.truth.tree(tree.tree)?;
+        let truth = real.cell_leaf_area_m2.filter(|area| *area > 0.0)?;
+        found(tree).map(|found| (found - truth) / truth)
+    };
+    trial.estimate.trees.iter().filter(|tree| tree.complete).map(error).collect()
 }
 
 #[derive(Debug, Serialize)]
@@ -126,9 +143,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         ));
     }
     let rows = Rows { seeds: args.seeds.0, lai: args.lai };
-    let trials = tries(&scene, &rows, model, calibration).await?;
-    let rows: Vec<AccuracyRow> = trials.iter().map(AccuracyRow::from).collect();
-    let trees = |found: fn(&TreeEstimate) -> Option<f64>| tree_errors(&trials, found);
+    let kept = args.keep.open()?;
+    let take = |trial: &Trial| TriedRow::from(trial);
+    let tried = tries(&scene, &rows, model, calibration, kept, "accuracy".to_owned(), take).await?;
+    let rows: Vec<AccuracyRow> = tried.iter().map(|tried| tried.row.clone()).collect();
     let summary = vec![
         AccuracySummary::new("regression on I_T", rows.iter().map(|row| row.regression_error)),
         AccuracySummary::new("contact frequency", rows.iter().map(|row| row.contact_error)),
@@ -136,11 +154,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         AccuracySummary::new("null (training mean)", rows.iter().map(|row| row.null_error)),
         AccuracySummary::new(
             "single trees: regression on I_T",
-            trees(|tree| tree.leaf.areas.regression_m2().ok()),
+            tried.iter().flat_map(|row| row.trees_by_regression.iter().copied()),
         ),
         AccuracySummary::new(
             "single trees: contact frequency",
-            trees(|tree| tree.leaf.areas.contact_m2().ok()),
+            tried.iter().flat_map(|row| row.trees_by_contact.iter().copied()),
         ),
     ];
     match args.format {

@@ -2,6 +2,7 @@
 
 use comfy_table::Cell;
 
+use super::keep::KeepArgs;
 use super::rows::Seeds;
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
@@ -20,6 +21,8 @@ pub(in crate::cli) struct Args {
     /// Write the table as docs/measurements/accuracy.md holds it
     #[arg(long, conflicts_with = "format")]
     markdown: bool,
+    #[command(flatten)]
+    keep: KeepArgs,
     /// How to write the table; JSON holds the rows too
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -30,9 +33,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let model = args.scene.model(&scene.resolved_rig(), 0)?;
     let (name, seeds) = (scene.name.clone(), args.seeds.0);
     let bar = progress::bar("taking apart", "rows", seeds.len() as u64);
+    let kept = args.keep.open()?;
     let work = move || {
-        let rows = budgets(&scene, &seeds, model, &|| bar.inc(1));
+        let rows = budgets(&scene, &seeds, model, &kept.archive, &|| bar.inc(1));
         bar.finish_and_clear();
+        kept.tell();
         rows
     };
     let report = report(&name, model.name, off_runtime("take the errors apart", work).await?);

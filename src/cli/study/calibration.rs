@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rowscan_canopy::calibration::{
     Calibration, CalibrationClass, CanopyClass, ClumpingBy, EchoRule, Provenance,
 };
-use rowscan_canopy::{Estimate, Sample};
+use rowscan_canopy::{RowClass, Sample};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{EchoChoice, RemissionReading};
@@ -15,7 +15,9 @@ use rowscan_study::class::mean_class;
 use rowscan_study::foliage::LaiRange;
 use rowscan_study::reading::{reading_remission, rig_with};
 use rowscan_study::trial::Trial;
+use serde::{Deserialize, Serialize};
 
+use super::keep::KeepArgs;
 use super::rows::{Rows, Seeds, tries};
 use crate::cli::output::{self, say};
 use crate::cli::scene::SceneArgs;
@@ -37,6 +39,8 @@ pub(in crate::cli) struct Args {
     /// Take the rows' mean wood out of what beams meet before the fit, for rows of very different densities: in thin ones wood is a larger part
     #[arg(long)]
     wood: bool,
+    #[command(flatten)]
+    keep: KeepArgs,
     /// Write the calibration to this file instead of standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -48,6 +52,14 @@ enum Clumps {
     #[default]
     Constant,
     Scans,
+}
+
+/// What a fit takes of a row.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct FittedRow {
+    sample: Option<Sample>,
+    canopy: CanopyClass,
+    line_spacing_m: Option<f64>,
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
@@ -85,17 +97,26 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         Clumps::Scans => ClumpingBy::Scans,
     };
     let rows = Rows { seeds, lai: args.lai };
-    let trials = tries(&scene, &rows, model, None).await?;
-    let canopy = mean_class(trials.iter().map(|trial| &trial.class)).canopy;
+    let wood = args.wood;
+    let take = move |trial: &Trial| {
+        let sample = Sample::of(&trial.estimate, trial.truth.leaf_area_m2, clumping);
+        FittedRow {
+            sample: sample
+                .map(|sample| Sample { wood_area_m2: wood.then_some(trial.truth.wood_area_m2), ..sample }),
+            canopy: trial.class.canopy.clone(),
+            line_spacing_m: trial.estimate.contact.and_then(|contact| contact.line_spacing_m),
+        }
+    };
+    let name = format!("calibration by {clumping:?}, wood {wood}");
+    let fitted = tries(&scene, &rows, model, None, args.keep.open()?, name, take).await?;
+    let classes: Vec<RowClass> =
+        fitted.iter().map(|row| RowClass { preset: None, canopy: row.canopy.clone() }).collect();
+    let canopy = mean_class(classes.iter()).canopy;
     let class = CalibrationClass {
-        line_spacing_m: line_spacing_m(trials.iter().map(|trial| &trial.estimate)),
+        line_spacing_m: line_spacing_m(fitted.iter().map(|row| row.line_spacing_m)),
         ..class_of(&scene, model, canopy)
     };
-    let sample = |trial: &Trial| {
-        let sample = Sample::of(&trial.estimate, trial.truth.leaf_area_m2, clumping)?;
-        Some(Sample { wood_area_m2: args.wood.then_some(trial.truth.wood_area_m2), ..sample })
-    };
-    let samples: Vec<Sample> = trials.iter().filter_map(sample).collect();
+    let samples: Vec<Sample> = fitted.iter().filter_map(|row| row.sample).collect();
     let calibration = rowscan_canopy::fit(&samples, class, provenance)?;
     tell_unlike(&calibration);
     let text = output::calibration_text(&calibration)?;
@@ -149,9 +170,8 @@ fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationC
 }
 
 /// How far apart lines lie on these rows, the mean, to a tenth of a millimetre; `None` where one does not tell.
-pub(super) fn line_spacing_m<'a>(rows: impl IntoIterator<Item = &'a Estimate>) -> Option<f64> {
-    let spacing_m: Option<Vec<f64>> =
-        rows.into_iter().map(|row| row.contact.as_ref()?.line_spacing_m).collect();
+pub(super) fn line_spacing_m(rows: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+    let spacing_m: Option<Vec<f64>> = rows.into_iter().collect();
     let spacing_m = spacing_m.filter(|rows| !rows.is_empty())?;
     Some((rowscan_canopy::regression::mean(&spacing_m) * 1e4).round() / 1e4)
 }

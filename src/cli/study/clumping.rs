@@ -4,6 +4,7 @@ use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::{Scene, files};
 
+use super::keep::KeepArgs;
 use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
@@ -28,6 +29,8 @@ pub(in crate::cli) struct Args {
     /// Distances from the mirror to the row plane, metres
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1.5,2,3")]
     distance: Vec<f64>,
+    #[command(flatten)]
+    keep: KeepArgs,
     /// How to write the laws; CSV and JSON lines hold one a model, JSON the rows too
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -44,9 +47,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let asked =
         ClumpingStudy { scenes, lais: args.lai.clone(), seeds: args.seeds.0.clone(), models, distances_m };
     let bar = progress::bar("driving past", "rows", rows(&asked) as u64);
+    let kept = args.keep.open()?;
     let work = move || {
-        let found = try_clumping(&asked, &|| bar.inc(1));
+        let found = try_clumping(&asked, &kept.archive, &|| bar.inc(1));
         bar.finish_and_clear();
+        kept.tell();
         found
     };
     let found = off_runtime("fit how leaves stand", work).await?;

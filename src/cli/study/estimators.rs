@@ -1,8 +1,11 @@
 //! `rowscan study estimators`: every estimator against the truth, on rows of many seeds.
 
+use std::sync::Arc;
+
 use comfy_table::Cell;
 use serde::Serialize;
 
+use super::keep::KeepArgs;
 use super::rows::Seeds;
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
@@ -28,6 +31,8 @@ pub(in crate::cli) struct Args {
     /// Write the tables as docs/estimators.md holds them
     #[arg(long, conflicts_with = "format")]
     markdown: bool,
+    #[command(flatten)]
+    keep: KeepArgs,
     /// How to write the tables; CSV holds the estimators only
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -41,6 +46,7 @@ struct Comparison {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut comparison = Comparison::default();
+    let kept = Arc::new(args.keep.open()?);
     for name in &args.scenes {
         let scene = args.optics.load(name)?;
         let rig = scene.resolved_rig();
@@ -52,8 +58,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         };
         let seeds = args.seeds.0.clone();
         let bar = progress::bar("comparing", "rows", seeds.len() as u64);
+        let rows = Arc::clone(&kept);
         let work = move || {
-            let compared = compare(&scene, &seeds, model, calibration.as_ref(), &|| bar.inc(1));
+            let compared =
+                compare(&scene, &seeds, model, calibration.as_ref(), &rows.archive, &|| bar.inc(1));
             bar.finish_and_clear();
             compared
         };
@@ -61,6 +69,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         comparison.estimators.extend(estimators);
         comparison.cuts.extend(cuts);
     }
+    kept.tell();
     match args.format {
         _ if args.markdown => output::print(&markdown(&comparison))?,
         Format::Json | Format::Jsonl => output::print_json(args.format, &comparison)?,

@@ -4,6 +4,7 @@ use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::{Scene, files};
 
+use super::keep::KeepArgs;
 use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
@@ -28,6 +29,8 @@ pub(in crate::cli) struct Args {
     /// Write the table as docs/measurements/eye.md holds it
     #[arg(long, conflicts_with = "format")]
     markdown: bool,
+    #[command(flatten)]
+    keep: KeepArgs,
     /// How to write the table; CSV, JSON and JSON lines hold a row an estimator
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -42,9 +45,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let passes = scenes.len() * seeds.len() * models.len() * distances_m.len();
     let asked = ThroughTheEye { scenes, seeds, models, distances_m };
     let bar = progress::bar("driving past", "rows", passes as u64);
+    let kept = args.keep.open()?;
     let work = move || {
-        let seen = through_the_eye(&asked, &|| bar.inc(1));
+        let seen = through_the_eye(&asked, &kept.archive, &|| bar.inc(1));
         bar.finish_and_clear();
+        kept.tell();
         seen
     };
     let seen = off_runtime("look through the eye", work).await?;

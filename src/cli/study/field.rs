@@ -89,7 +89,8 @@ async fn calibrate(args: &Args, rig: &Rig, sheet: &Path) -> Result<Outcome, Fail
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let class = CalibrationClass { line_spacing_m: line_spacing_m(&rows), ..nearest };
+    let spacings_m = rows.iter().map(|row: &Estimate| row.contact.as_ref()?.line_spacing_m);
+    let class = CalibrationClass { line_spacing_m: line_spacing_m(spacings_m), ..nearest };
     scanned.sort_by_key(|(line, _)| *line);
     let pieces: Vec<ScannedPiece> = scanned.into_iter().map(|(_, piece)| piece).collect();
     let command = format!("rowscan study field {} --rig {}", sheet.display(), args.rig);

@@ -12,6 +12,7 @@ mod coverage;
 mod estimators;
 mod eye;
 mod field;
+mod keep;
 mod merge;
 mod orchards;
 mod physics;

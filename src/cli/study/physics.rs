@@ -6,6 +6,7 @@ use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::files;
 
+use super::keep::KeepArgs;
 use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
@@ -34,6 +35,8 @@ pub(in crate::cli) struct Args {
     /// Write the tables as docs/measurements/eye.md holds them
     #[arg(long, conflicts_with = "format")]
     markdown: bool,
+    #[command(flatten)]
+    keep: KeepArgs,
     /// How to write the table; CSV, JSON and JSON lines hold a row an output
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -47,9 +50,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let asked = Physics { scene, seeds: args.seeds.0.clone(), models, distances_m };
     let tries = asked.seeds.len() * asked.models.len() * asked.distances_m.len();
     let bar = progress::bar("driving past", "rows", tries as u64);
+    let kept = args.keep.open()?;
     let work = move || {
-        let effects = physics(&asked, &|| bar.inc(1));
+        let effects = physics(&asked, &kept.archive, &|| bar.inc(1));
         bar.finish_and_clear();
+        kept.tell();
         effects
     };
     let effects = off_runtime("try the stages", work).await?;

@@ -6,6 +6,7 @@ use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::{Scene, files};
 
+use super::keep::KeepArgs;
 use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
 use crate::cli::estimate::band_m;
@@ -37,6 +38,8 @@ pub(in crate::cli) struct Args {
     /// Write the table as docs/measurements/pieces.md holds it
     #[arg(long, conflicts_with = "format")]
     markdown: bool,
+    #[command(flatten)]
+    keep: KeepArgs,
     /// How to write the table; CSV, JSON and JSON lines hold a row a kind of piece
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -52,9 +55,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     }
     let asked = PiecesStudy { scenes, seeds: args.seeds.0.clone(), models, distances_m, band_m: args.band };
     let bar = progress::bar("driving past", "rows", passes(&asked) as u64);
+    let kept = args.keep.open()?;
     let work = move || {
-        let found = try_pieces(&asked, &|| bar.inc(1));
+        let found = try_pieces(&asked, &kept.archive, &|| bar.inc(1));
         bar.finish_and_clear();
+        kept.tell();
         found
     };
     let found = off_runtime("try trees and metres", work).await?;

@@ -6,11 +6,14 @@ use rowscan_canopy::Calibration;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
 
+use super::keep::KeptRows;
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::say;
 use crate::cli::{Failure, progress};
 use rowscan_study::foliage::LaiRange;
-use rowscan_study::trial::{Trial, TrialError};
+use rowscan_study::trial::{Trial, TrialError, Wanted, run_all};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// A range of seeds, both ends in it: `1..20`.
 #[derive(Clone, Debug)]
@@ -72,19 +75,27 @@ impl Rows {
     }
 }
 
-/// Tries one row a seed, off the runtime's threads, with a progress bar.
-pub(super) async fn tries(
+/// Tries one row a seed, off the runtime's threads, with a progress bar, and takes of each what is wanted: `name` says what, for rows that are kept.
+pub(super) async fn tries<T>(
     scene: &Scene,
     rows: &Rows,
     model: AnyModel,
     calibration: Option<Calibration>,
-) -> Result<Vec<Trial>, Failure> {
+    kept: KeptRows,
+    name: String,
+    take: impl Fn(&Trial) -> T + Send + Sync + 'static,
+) -> Result<Vec<T>, Failure>
+where
+    T: Serialize + DeserializeOwned + PartialEq + Send + 'static,
+{
     let bar = progress::bar("trying", "rows", rows.seeds.len() as u64);
     rows.tell();
     let scenes = rows.scenes(scene);
-    let work = move || -> Result<Vec<Trial>, TrialError> {
-        let trials = Trial::run_all(&scenes, model, calibration.as_ref(), &|| bar.inc(1));
+    let work = move || -> Result<Vec<T>, TrialError> {
+        let wanted = Wanted { name: &name, take: &take };
+        let trials = run_all(&scenes, model, calibration.as_ref(), &wanted, &kept.archive, &|| bar.inc(1));
         bar.finish_and_clear();
+        kept.tell();
         trials
     };
     off_runtime("try the rows", work).await

@@ -7,6 +7,7 @@ use std::sync::Mutex;
 
 use serde::de::DeserializeOwned;
 
+use super::keep::KeepArgs;
 use crate::cli::blocking::off_runtime;
 use crate::cli::output::{self, say};
 use crate::cli::{Failure, progress};
@@ -29,6 +30,8 @@ pub(in crate::cli) struct ShardArgs {
     /// Go on where an interrupted run of the same command line ended
     #[arg(long, requires = "output")]
     resume: bool,
+    #[command(flatten)]
+    keep: KeepArgs,
 }
 
 impl ShardArgs {
@@ -84,12 +87,14 @@ impl ShardArgs {
         let (journal, kept) = self.open_journal(study, &journal_path)?;
         let bar = Bar::new(study, self.shard, &kept);
         let journal = Mutex::new(journal);
-        let units = rowscan_study::run(study, self.shard, kept, &|unit| {
+        let rows = self.keep.open()?;
+        let units = rowscan_study::run(study, self.shard, kept, &rows.archive, &|unit| {
             journal.lock().map_err(|_| io::Error::other("the journal is gone"))?.keep(unit)?;
             bar.done(study, unit.index);
             Ok(())
         })?;
         bar.0.finish_and_clear();
+        rows.tell();
         let units = self.write(study, path, units)?;
         std::fs::remove_file(&journal_path).map_err(|cause| write_failure(&journal_path, cause))?;
         Ok(units)
@@ -98,11 +103,13 @@ impl ShardArgs {
     /// Without a journal: nothing can be gone on with.
     fn work_unkept<S: Study>(&self, study: &S) -> Result<Vec<Unit<S::Result>>, Failure> {
         let bar = Bar::new(study, self.shard, &[]);
-        let units = rowscan_study::run(study, self.shard, Vec::new(), &|unit| {
+        let rows = self.keep.open()?;
+        let units = rowscan_study::run(study, self.shard, Vec::new(), &rows.archive, &|unit| {
             bar.done(study, unit.index);
             Ok(())
         })?;
         bar.0.finish_and_clear();
+        rows.tell();
         Ok(units)
     }
 

@@ -4,6 +4,7 @@ use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::{Scene, files};
 
+use super::keep::KeepArgs;
 use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
@@ -25,6 +26,8 @@ pub(in crate::cli) struct Args {
     /// Distance from the mirror to the row plane, metres, in either alley
     #[arg(long, value_name = "METRES", default_value = "2")]
     distance: f64,
+    #[command(flatten)]
+    keep: KeepArgs,
     /// How to write the table; CSV, JSON and JSON lines hold a row a way
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -38,9 +41,11 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let distance_m = distances_m.first().copied().unwrap_or(args.distance);
     let asked = SidesStudy { scenes, seeds: args.seeds.0.clone(), models, distance_m };
     let bar = progress::bar("driving past", "rows", passes(&asked) as u64);
+    let kept = args.keep.open()?;
     let work = move || {
-        let found = try_sides(&asked, &|| bar.inc(1));
+        let found = try_sides(&asked, &kept.archive, &|| bar.inc(1));
         bar.finish_and_clear();
+        kept.tell();
         found
     };
     let found = off_runtime("try both sides", work).await?;

@@ -46,6 +46,27 @@ pub struct Stretch<'a> {
 impl Appraisal {
     /// Measures the first row as a scanner on this mount, driven by a rig of this ground clearance, would look at it.
     pub fn of(orchard: &Orchard, mount: &Mount, clearance_m: f64) -> Self {
+        let mut appraisal = Self::of_leaves(orchard);
+        appraisal.add_outline(orchard, mount, clearance_m);
+        appraisal
+    }
+
+    /// The same for someone who asks for these quantities and no others: where they are leaf areas, the crown's outline and returns, which take by far the
+    /// most time, are left out.
+    pub fn of_quantities(
+        orchard: &Orchard,
+        mount: &Mount,
+        clearance_m: f64,
+        mut quantities: impl Iterator<Item = Quantity>,
+    ) -> Self {
+        if quantities.all(|quantity| matches!(quantity, Quantity::LeafArea | Quantity::Lai)) {
+            return Self::of_leaves(orchard);
+        }
+        Self::of(orchard, mount, clearance_m)
+    }
+
+    /// The exact areas of the row, and the leaf areas of its sections.
+    fn of_leaves(orchard: &Orchard) -> Self {
         let length_m = orchard.length_m();
         let count = (length_m / CELL_M).round();
         let count = if (1.0..=MOST_SECTIONS).contains(&count) { count as usize } else { 0 };
@@ -56,6 +77,13 @@ impl Appraisal {
         for (section, slab) in sections.iter_mut().zip(&truth.slabs) {
             section.leaf_m2 = slab.leaf_area_m2;
         }
+        Self { truth, sections, section_m, row_spacing_m: orchard.row_spacing_m(), finer: Vec::new() }
+    }
+
+    /// The outline of the crown, and the returns that its organs would give.
+    fn add_outline(&mut self, orchard: &Orchard, mount: &Mount, clearance_m: f64) {
+        let (length_m, section_m, sections) = (orchard.length_m(), self.section_m, &mut self.sections);
+        let count = sections.len();
         let at = |y_m: f64| ((y_m.rem_euclid(length_m) / section_m) as usize).min(count.saturating_sub(1));
         let mut put = |[x, y, z]: [f64; 3], add: &dyn Fn(&mut Section)| {
             // What is lower counts as ground.
@@ -86,7 +114,6 @@ impl Appraisal {
                 });
             }
         }
-        Self { truth, sections, section_m, row_spacing_m: orchard.row_spacing_m(), finer: Vec::new() }
     }
 
     /// The same, and what `reference` measured on a finer scan stands for what only that can tell: gaps, porosity, impacted area.
@@ -286,6 +313,23 @@ mod tests {
         // Wood turns its width to the beams and counts in the tree area index; it has no leaf area.
         assert!(value(Quantity::TreeAreaIndex) > 0.5 * 2.0 * radius_m * 2.0 / 8.0);
         close(row.value(Quantity::LeafArea, None).map(|m2| m2 + 1.0), 1.0);
+    }
+
+    #[test]
+    fn whoever_asks_for_leaf_areas_gets_the_same_without_an_outline() {
+        let of = |quantities: &[Quantity]| {
+            Appraisal::of_quantities(&board(), &Mount::default(), 0.1, quantities.iter().copied())
+        };
+        let whole = Appraisal::of(&board(), &Mount::default(), 0.1);
+        let leaves = [Quantity::LeafArea, Quantity::Lai];
+        let value = |of: &Appraisal, quantity| of.stretch(0.2, 2.2).value(quantity, None).map(f64::to_bits);
+        assert!(leaves.iter().all(|quantity| value(&of(&leaves), *quantity) == value(&whole, *quantity)));
+        // Whoever asks for anything else gets all of it.
+        for quantity in Quantity::ALL.iter().filter(|quantity| !leaves.contains(quantity)) {
+            let asked = of(&[Quantity::Lai, *quantity]);
+            assert_eq!(value(&asked, *quantity), value(&whole, *quantity), "{quantity:?}");
+        }
+        assert!(value(&whole, Quantity::Volume).is_some());
     }
 
     #[test]

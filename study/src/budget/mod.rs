@@ -9,10 +9,12 @@ mod scattered;
 
 use rowscan_protocol::model::Model;
 use rowscan_scenes::Scene;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use report::{BudgetReport, TermSummary, report};
 
+use crate::archive::{Archive, Depends};
+use crate::name::{self, Name};
 use crate::trial::TrialError;
 
 /// What is replaced, in this order.
@@ -66,10 +68,11 @@ impl Term {
 }
 
 /// The budget of one estimator on one row.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// The estimator.
-    pub estimator: &'static str,
+    #[serde(deserialize_with = "name::of_estimator")]
+    pub estimator: Name,
     /// The row's seed.
     pub seed: u64,
     /// True one-sided leaf area, m².
@@ -106,13 +109,16 @@ pub fn budgets(
     scene: &Scene,
     seeds: &[u64],
     model: &'static Model,
+    archive: &Archive,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Budget>, TrialError> {
     use rayon::prelude::*;
     let rows: Result<Vec<Vec<Budget>>, TrialError> = seeds
         .par_iter()
         .map(|&seed| {
-            let budgets = experiments::row(Scene { seed, ..scene.clone() }, model);
+            let scene = Scene { seed, ..scene.clone() };
+            let depends = || Some(Depends::on_pass(&scene, model.name));
+            let budgets = archive.row("budget", depends, || experiments::row(scene.clone(), model));
             done();
             budgets
         })

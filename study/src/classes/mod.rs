@@ -12,9 +12,10 @@ use serde::{Deserialize, Serialize};
 pub use file::{built_in, read, schema};
 pub use reimport::Reimport;
 
-use crate::UnitError;
+use crate::archive::Depends;
 use crate::settings::Shelf;
 use crate::trial::{Trial, TrialError};
+use crate::{Nursery, UnitError};
 use rowscan_emulator::stage::Stage;
 
 /// The classes of a study.
@@ -71,17 +72,36 @@ impl Classes {
 }
 
 impl Class {
+    /// What grows for a seed.
+    pub(crate) fn scene_of(&self, files: &Shelf, seed: u64) -> Result<Scene, String> {
+        let mut scene = Scene { seed, ..self.scene.clone() };
+        files.serve(&mut scene)?;
+        Ok(scene)
+    }
+
+    /// All that a row of this seed depends on: not the class's names.
+    pub(crate) fn depends(&self, files: &Shelf, seed: u64) -> Option<Depends> {
+        let scene = self.scene_of(files, seed).ok()?;
+        let rig = scene.resolved_rig();
+        let model = self.told.as_ref().unwrap_or(&rig).scanners.first()?.model.as_str();
+        // The calibration is asked for by the scene's own scanner.
+        let own = rig.scanners.first()?.model.as_str();
+        let depends = Depends::on_pass(&scene, own).and("told_model", &model);
+        Some(depends.and("told", &self.told).and("reimport", &self.reimport))
+    }
+
     /// Grows a row of this seed and drives past it, with the calibration that `calibration` gives for the rig.
     pub(crate) fn drive_past(
         &self,
+        nursery: &Nursery,
         files: &Shelf,
         seed: u64,
         estimators: &[&'static EstimatorInfo],
         calibration: impl FnOnce(&Rig) -> Option<Calibration>,
     ) -> Result<Trial, UnitError> {
-        let mut scene = Scene { seed, ..self.scene.clone() };
-        files.serve(&mut scene).map_err(|why| UnitError::Class { name: self.name.clone(), why })?;
-        let mut stage = Stage::grow(scene, &|_, _| {})?;
+        let scene =
+            self.scene_of(files, seed).map_err(|why| UnitError::Class { name: self.name.clone(), why })?;
+        let mut stage = nursery.grow(scene)?;
         if let Some(reimport) = &self.reimport {
             stage = Stage::grow(reimport.scene(&stage), &|_, _| {})?;
         }

@@ -9,8 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use super::report::{LEAST_SEEDS, PointReport, SearchReport};
 use super::{SearchStudy, Tried};
+use crate::archive::Depends;
 use crate::areas::AreasStudy;
-use crate::{Header, Study, Unit, UnitError};
+use crate::{Header, Nursery, Study, Unit, UnitError};
 use rowscan_canopy::reference::{PAPER, PaperRegression};
 
 /// Some points of a search, each on the same fresh seeds.
@@ -154,7 +155,12 @@ impl Study for ConfirmStudy {
         self.case(index).map_or(0.0, |(point, seed)| self.search.effort_of(point, seed))
     }
 
-    fn unit(&self, index: usize) -> Result<Tried, UnitError> {
+    fn depends(&self, index: usize) -> Option<Depends> {
+        let (point, seed) = self.case(index)?;
+        self.search.depends_of(point, seed)
+    }
+
+    fn unit(&self, index: usize, _nursery: &Nursery) -> Result<Tried, UnitError> {
         let nothing = Tried { orchards: Vec::new(), refused: Some("no such point".to_owned()) };
         Ok(self.case(index).map_or(nothing, |(point, seed)| self.search.tried(point, seed)))
     }

@@ -24,9 +24,10 @@ pub use confirm::{
 pub use file::{read, schema};
 pub use report::{LEAST_SEEDS, PointReport, Regression, SearchReport, report};
 
+use super::archive::Depends;
 use super::areas::{AreasStudy, Orchard};
 use super::settings::{self, Shelf};
-use super::{Setting, Study, UnitError, fingerprint};
+use super::{Nursery, Setting, Study, UnitError, fingerprint};
 
 /// A search: all that its results depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -156,6 +157,12 @@ impl SearchStudy {
         }
     }
 
+    /// All that a point depends on at a seed.
+    fn depends_of(&self, point: usize, seed: u64) -> Option<Depends> {
+        let study = self.study_at(point, seed).ok()?;
+        Some(Depends::on_scene(&study.scene).and("settings", &study))
+    }
+
     /// Point and seed of a unit.
     pub fn case(&self, index: usize) -> (usize, u64) {
         let seeds = self.seeds.len().max(1);
@@ -197,7 +204,12 @@ impl Study for SearchStudy {
         self.effort_of(point, seed)
     }
 
-    fn unit(&self, index: usize) -> Result<Tried, UnitError> {
+    fn depends(&self, index: usize) -> Option<Depends> {
+        let (point, seed) = self.case(index);
+        self.depends_of(point, seed)
+    }
+
+    fn unit(&self, index: usize, _nursery: &Nursery) -> Result<Tried, UnitError> {
         let (point, seed) = self.case(index);
         Ok(self.tried(point, seed))
     }

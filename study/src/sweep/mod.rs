@@ -22,8 +22,9 @@ pub use report::{Effect, SweepReport, report};
 pub use sprayer::SweptSprayer;
 
 use super::settings::{self, Shelf};
-use super::{Setting, Study, UnitError, fingerprint};
+use super::{Nursery, Setting, Study, UnitError, fingerprint};
 use crate::appraisal::Appraisal;
+use crate::archive::Depends;
 use crate::calibrations;
 use crate::trial::{Trial, TrialError};
 use rowscan_emulator::stage::Stage;
@@ -102,13 +103,18 @@ impl SweepStudy {
         self.sprayer.as_ref().map(|sprayer| sprayer.with(&self.settings(point))).transpose()
     }
 
-    fn try_scene(&self, scene: Scene, sprayer: Option<&SweptSprayer>) -> Result<Vec<Option<f64>>, UnitError> {
+    fn try_scene(
+        &self,
+        scene: Scene,
+        sprayer: Option<&SweptSprayer>,
+        nursery: &Nursery,
+    ) -> Result<Vec<Option<f64>>, UnitError> {
         let rig = scene.resolved_rig();
         let mount = rig.scanners.first().cloned().unwrap_or_default();
         let Some(scanner) = model::by_name(&mount.model) else {
             return Err(UnitError::UnknownModel { found: mount.model });
         };
-        let stage = Stage::grow(scene, &|_, _| {})?;
+        let stage = nursery.grow(scene)?;
         let keys: Vec<&str> = self.keep.iter().filter_map(Output::of_sprayer).collect();
         let sprayed = match sprayer {
             Some(sprayer) if !keys.is_empty() => sprayer.spray(&stage, &keys)?,
@@ -119,7 +125,8 @@ impl SweepStudy {
         }
         let trial =
             Trial::drive_past(&stage, scanner, calibration(&stage), &outputs::estimators(&self.keep))?;
-        let appraisal = Appraisal::of(&stage.orchard, &mount, rig.ground_clearance_m);
+        let asked = self.keep.iter().filter_map(Output::true_quantity);
+        let appraisal = Appraisal::of_quantities(&stage.orchard, &mount, rig.ground_clearance_m, asked);
         let truth = appraisal.stretch(rig.start_m, rig.start_m + trial.length_m);
         let mut sprayed = sprayed.into_iter();
         let value = |output: &Output| match output.of_sprayer() {
@@ -158,7 +165,20 @@ impl Study for SweepStudy {
         1.0
     }
 
-    fn unit(&self, index: usize) -> Result<Tried, UnitError> {
+    fn depends(&self, index: usize) -> Option<Depends> {
+        let (point, repeat) = self.case(index);
+        let scene = self.scene_at(point, repeat).ok()?;
+        let sprayer = self.sprayer_at(point).ok()?;
+        let model = scene.resolved_rig().scanners.first().cloned().unwrap_or_default().model;
+        Some(Depends::on_pass(&scene, &model).and("keep", &self.keep).and("sprayer", &sprayer))
+    }
+
+    fn grown(&self, index: usize) -> Option<Scene> {
+        let (point, repeat) = self.case(index);
+        self.scene_at(point, repeat).ok()
+    }
+
+    fn unit(&self, index: usize, nursery: &Nursery) -> Result<Tried, UnitError> {
         let (point, repeat) = self.case(index);
         let refused =
             |seed, why: String| Tried { seed, kept: vec![None; self.keep.len()], refused: Some(why) };
@@ -168,7 +188,7 @@ impl Study for SweepStudy {
             Err(why) => return Ok(refused(self.scene.seed, why)),
         };
         let seed = scene.seed;
-        match self.try_scene(scene, sprayer.as_ref()) {
+        match self.try_scene(scene, sprayer.as_ref(), nursery) {
             Ok(kept) => Ok(Tried { seed, kept, refused: None }),
             // A combination that cannot be is a finding of the sweep, not its end.
             Err(

@@ -104,6 +104,14 @@ impl Output {
         matches!(self.kind, Kind::Error { .. })
     }
 
+    /// The quantity of which it needs the truth, if any.
+    pub(super) fn true_quantity(&self) -> Option<Quantity> {
+        match self.kind {
+            Kind::Error { quantity, .. } | Kind::Truth(quantity) => Some(quantity),
+            Kind::Measure { .. } | Kind::Estimate(_) | Kind::Sprayer(_) => None,
+        }
+    }
+
     fn estimator(&self) -> Option<&'static str> {
         match self.kind {
             Kind::Measure { estimator, .. } | Kind::Error { estimator, .. } => Some(estimator),

@@ -14,8 +14,9 @@ use serde::{Deserialize, Serialize};
 
 pub use report::{BetweenRow, Carried, LeftOut, TransferReport, report};
 
+use crate::archive::Depends;
 use crate::classes::Classes;
-use crate::{Study, UnitError, fingerprint};
+use crate::{Nursery, Study, UnitError, fingerprint};
 
 /// Rows of every class.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,6 +54,12 @@ pub struct TransferRow {
 /// The estimators that are a density times a volume: one factor calibrates them.
 pub const DENSITIES: [&str; 4] = ["contact", "voxel", "polar", "gap"];
 
+impl TransferStudy {
+    fn seed(&self, index: usize) -> u64 {
+        fingerprint::seed(Self::NAME, self.classes.scene.seed, index % self.rows.max(1))
+    }
+}
+
 impl Study for TransferStudy {
     const NAME: &'static str = "transfer";
     type Result = TransferRow;
@@ -73,13 +80,23 @@ impl Study for TransferStudy {
         1.0
     }
 
-    fn unit(&self, index: usize) -> Result<TransferRow, UnitError> {
+    fn depends(&self, index: usize) -> Option<Depends> {
+        let class = self.classes.classes.get(index / self.rows.max(1))?;
+        class.depends(&self.classes.files, self.seed(index))
+    }
+
+    fn grown(&self, index: usize) -> Option<Scene> {
+        let class = self.classes.classes.get(index / self.rows.max(1))?;
+        class.scene_of(&self.classes.files, self.seed(index)).ok()
+    }
+
+    fn unit(&self, index: usize, nursery: &Nursery) -> Result<TransferRow, UnitError> {
         let Some(class) = self.classes.classes.get(index / self.rows.max(1)) else {
             return Err(UnitError::Class { name: index.to_string(), why: "there is none".to_owned() });
         };
-        let seed = fingerprint::seed(Self::NAME, self.classes.scene.seed, index % self.rows.max(1));
+        let seed = self.seed(index);
         let asked: Vec<&'static EstimatorInfo> = DENSITIES.into_iter().filter_map(by_name).collect();
-        let trial = class.drive_past(&self.classes.files, seed, &asked, |_| None)?;
+        let trial = class.drive_past(nursery, &self.classes.files, seed, &asked, |_| None)?;
         let estimate = &trial.estimate;
         Ok(TransferRow {
             seed,

@@ -2,6 +2,7 @@
 
 use rowscan_scenes::files::load_scene;
 use rowscan_scenes::scan::ScanSettings;
+use rowscan_study::archive::Archive;
 use rowscan_study::areas::AreasStudy;
 use rowscan_study::{Shard, Study, Unit};
 
@@ -18,7 +19,7 @@ pub fn quick_areas(seed: u64) -> AreasStudy {
 }
 
 pub fn whole<S: Study>(study: &S) -> Vec<Unit<S::Result>> {
-    rowscan_study::run(study, Shard::WHOLE, Vec::new(), &|_| Ok(())).expect("it runs")
+    rowscan_study::run(study, Shard::WHOLE, Vec::new(), &Archive::none(), &|_| Ok(())).expect("it runs")
 }
 
 /// Four quick orchards.
