@@ -88,6 +88,30 @@ fn scans_before_the_drive_are_counted_and_measure_nothing() {
     assert_eq!((streams["left"].counts().scans, estimate.scans), (4, 0));
 }
 
+/// The echo is the device's: set on one connection, it holds on the next one.
+#[test]
+fn an_echo_that_one_connection_set_is_known_on_another() {
+    use rowscan_protocol::rig::EchoChoice;
+    let ask = |code: u8| [b"\x02sWN FREchoFilter ".as_slice(), &[b'0' + code], b"\x03"].concat();
+    for (code, is_other) in [(Some(2), true), (Some(0), false), (None, false)] {
+        let (witness, telegrams) = bench(10);
+        let mount = rowscan_protocol::rig::Mount { echo: Some(EchoChoice::First), ..Default::default() };
+        let rig = rowscan_protocol::rig::Rig { scanners: vec![mount], ..Default::default() };
+        let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(None)).expect("read");
+        witness.watch("left", reading.pipeline);
+        if let Some(code) = code {
+            let tap = witness.taps().open("left", StreamKind::Cola);
+            tap.record(Side::Host, &ask(code));
+            tap.record(Side::Device, b"\x02sWA FREchoFilter\x03");
+        }
+        deliver(&witness, &telegrams);
+        let streams = witness.close(true);
+        let estimate = streams["left"].estimate.as_ref().expect("closed");
+        let told = estimate.warnings.iter().any(|warning| warning.code() == "other_echo");
+        assert_eq!(told, is_other, "{code:?}: {:?}", estimate.warnings);
+    }
+}
+
 /// A tractor that has not begun to drive.
 fn standing() -> rowscan_vehicle::Tractor {
     rowscan_vehicle::Tractor::new(rowscan_vehicle::trajectory::Trajectory::straight(0.0, 1.0))

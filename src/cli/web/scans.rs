@@ -147,6 +147,24 @@ mod tests {
     }
 
     #[test]
+    fn a_connection_goes_on_with_the_echo_that_was_set_on_the_one_before() {
+        use rowscan_protocol::rig::EchoChoice;
+        let of = |connection| Reading::of(StreamKind::Cola, connection).expect("scanners speak it");
+        let (mut first, mut second) = (of(0), of(1));
+        let say = |reading: &mut Reading, by, bytes: &[u8]| {
+            let mut echoes = Vec::new();
+            reading.read(0.0, (by, bytes.to_vec()), |scan, _| echoes.push(scan.echo));
+            echoes
+        };
+        say(&mut first, Side::Host, b"\x02sWN FREchoFilter 2\x03");
+        say(&mut first, Side::Device, b"\x02sWA FREchoFilter\x03");
+        assert_eq!(say(&mut first, Side::Device, &scan(1)), [Some(EchoChoice::Last)]);
+        assert_eq!(say(&mut second, Side::Device, &scan(2)), [None], "it has heard nothing");
+        second.follow(&mut first);
+        assert_eq!(say(&mut second, Side::Device, &scan(3)), [Some(EchoChoice::Last)]);
+    }
+
+    #[test]
     fn a_scan_that_comes_twice_is_shown_once_and_one_from_before_begins_anew() {
         let mut reading = Reading::of(StreamKind::Cola, 0).expect("scanners speak it");
         let mut shown = Vec::new();
