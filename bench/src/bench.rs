@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use std::time::Duration;
 
 use rowscan_bus::link::candump::LogCut;
 use rowscan_bus::link::{Found, Link};
@@ -21,6 +22,9 @@ use crate::endpoint::At;
 use crate::scanner::{BenchScanner, Wiring};
 use crate::spec::{BenchSpec, TimeSpec};
 use crate::{BenchError, Place};
+
+/// How long what faults held back has to leave once they are healed, host time.
+const LET_GO_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// A rig that is set up: everything listens, and time goes from [`Bench::run`] on. Dropping it ends it.
 #[derive(Debug)]
@@ -137,6 +141,17 @@ impl Bench {
             Some(running) => running.ended().await,
             None => std::future::pending().await,
         }
+    }
+
+    /// Once its faults are healed: waits until what they held back has left, and counts what has not after two seconds as dropped.
+    pub async fn let_go(&self) {
+        let left = async {
+            for held in self.scanners.iter().filter_map(BenchScanner::held) {
+                held.flushed().await;
+            }
+        };
+        let _ = rowscan_ports::clock::within(LET_GO_TIMEOUT, left).await;
+        self.scanners.iter().for_each(BenchScanner::give_up_held);
     }
 
     /// Ends it, and returns once its timeline does nothing any more: what is recorded and logged of it is then all that was sent.

@@ -13,6 +13,7 @@ use rowscan_emulator::{
 };
 use rowscan_faults::{FaultControl, Language, Medium, StreamFaults};
 use rowscan_ports::Untaken;
+use rowscan_ports::in_flight::InFlight;
 use rowscan_protocol::device::{Device, Options, Start};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model};
@@ -51,6 +52,16 @@ impl BenchScanner {
     /// A handle that tells what it has done.
     pub fn counts(&self) -> CountReader {
         self.device.count_reader()
+    }
+
+    /// Scans that faults hold back on their way to clients, where that is counted.
+    pub(crate) fn held(&self) -> Option<InFlight> {
+        self.device.held()
+    }
+
+    /// Counts what faults still hold back as dropped.
+    pub(crate) fn give_up_held(&self) {
+        self.device.give_up_held();
     }
 
     /// The scanner as those see it who look on and change nothing.

@@ -4,6 +4,9 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
+use rowscan_faults::StreamFaults;
+use rowscan_ports::in_flight::InFlight;
+
 use crate::datagrams::DatagramCounts;
 use crate::lms2xx::SerialCounts;
 use crate::refused_settings::RefusedSetting;
@@ -122,6 +125,14 @@ pub trait VirtualScanner: fmt::Debug + Send + Sync {
     /// What a replay has refused because the recorded scans would have to be others.
     fn refused_settings(&self) -> Vec<RefusedSetting>;
 
+    /// Scans that faults hold back on their way to clients; none where nothing can go wrong there, or it is not counted.
+    fn held(&self) -> Option<InFlight> {
+        None
+    }
+
+    /// Counts what faults still hold back as dropped: it was sent to nobody.
+    fn give_up_held(&self) {}
+
     /// What it has done so far.
     fn scanner_counts(&self) -> ScannerCounts {
         self.count_reader().counts().unwrap_or_default()
@@ -140,6 +151,15 @@ impl VirtualScanner for Emulator {
 
     fn refused_settings(&self) -> Vec<RefusedSetting> {
         Emulator::refused_settings(self)
+    }
+
+    fn held(&self) -> Option<InFlight> {
+        self.shared.config.faults.as_ref().map(|faults| faults.held().clone())
+    }
+
+    fn give_up_held(&self) {
+        let held = self.shared.config.faults.as_ref().map_or(0, StreamFaults::give_up);
+        self.shared.count_as_dropped(held);
     }
 }
 

@@ -1,7 +1,6 @@
 //! Where a recorded stream goes: to a scanner's clients, out on GNSS lines, onto a bus.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use rowscan_faults::StreamFaults;
@@ -207,9 +206,7 @@ impl Outlet {
         let held = self.faults.as_ref().map_or(0, StreamFaults::give_up);
         match &self.kind {
             Kind::Scanner(ScannerOutlet { shared, .. }) => {
-                let given_up = shared.in_flight.pending() + held;
-                shared.counts.dropped.fetch_add(given_up, Ordering::Relaxed);
-                shared.counts.sent.fetch_sub(given_up, Ordering::Relaxed);
+                shared.count_as_dropped(shared.in_flight.pending() + held);
             }
             Kind::Lms2xx(queue) => queue.lose(held),
             Kind::Datagrams(_) | Kind::Nmea(_) | Kind::Can(_) => {}

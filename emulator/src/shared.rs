@@ -188,6 +188,12 @@ impl Counts {
 }
 
 impl Shared {
+    /// Scans that were counted as sent were sent to nobody.
+    pub(crate) fn count_as_dropped(&self, scans: u64) {
+        self.counts.dropped.fetch_add(scans, Ordering::Relaxed);
+        self.counts.sent.fetch_sub(scans, Ordering::Relaxed);
+    }
+
     pub(crate) fn new(
         device: Device,
         program: Program,

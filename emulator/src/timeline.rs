@@ -294,7 +294,10 @@ impl Timeline {
 
     /// The next instant that something acts at; none while time waits.
     fn due(&mut self) -> Option<SimTime> {
-        let next = self.sources.iter_mut().filter_map(Source::next).min()?;
+        let held = self.byte_faults().filter_map(StreamFaults::needs_time).min();
+        let held = held.map(|at| SimTime::ZERO + at).filter(|_| self.clock.delivery().is_patient());
+        let next = self.sources.iter_mut().filter_map(Source::next).min();
+        let next = [next, held.filter(|at| *at > self.clock.now())].into_iter().flatten().min()?;
         let began = self.tractor.began();
         let next =
             self.stride.as_mut().zip(began).map_or(next, |(stride, began)| stride.end(began).min(next));

@@ -193,6 +193,7 @@ pub(super) async fn run(mut args: Args, mut interrupt: Interrupt) -> Result<Outc
     };
     if let Some(faulting) = faulting {
         faulting.finish().await?;
+        bench.let_go().await;
     }
     let missed = args.tell_end(bench.scanners())?;
     let logs = bench.logs().to_vec();

@@ -135,10 +135,12 @@ pub struct Covered {
     pub class: String,
     /// Rows with an estimate.
     pub n: usize,
-    /// Mean of estimate / truth − 1.
-    pub bias: f64,
+    /// Rows whose estimate is withheld: they are in none of the numbers below.
+    pub withheld: usize,
+    /// Mean of estimate / truth − 1; none without an estimate.
+    pub bias: Option<f64>,
     /// Root mean square of the same.
-    pub rmse: f64,
+    pub rmse: Option<f64>,
     /// Share of rows whose sampling error holds the truth.
     pub sampling_holds: Option<Share>,
     /// Share of rows whose interval holds the truth.
@@ -183,8 +185,9 @@ pub fn report(provenance: Header<CoverageStudy>, units: &[Unit<CoverageRow>]) ->
             axis: class.axis.clone(),
             class: class.name.clone(),
             n: errors.len(),
-            bias: mean(&errors),
-            rmse: rms(&errors),
+            withheld: own.len() - errors.len(),
+            bias: (!errors.is_empty()).then(|| mean(&errors)),
+            rmse: (!errors.is_empty()).then(|| rms(&errors)),
             sampling_holds: share(&own, |row| row.sampling_m2),
             interval_holds: share(&own, |row| row.interval_m2),
             half_width: (!widths.is_empty()).then(|| mean(&widths)),

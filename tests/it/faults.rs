@@ -239,6 +239,36 @@ fn emulate_tells_its_faults_and_records_what_the_client_got() {
     assert_eq!(acts, 1);
 }
 
+/// What faults hold back at the end leaves then, or is counted as dropped.
+#[test]
+fn what_is_told_as_sent_has_come_when_emulate_ends() {
+    use std::io::{Read, Write};
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("faults.toml");
+    for fault in [
+        "name = \"bandwidth\"\nbytes_s = 5000",
+        "name = \"delay\"\nms = 30000",
+        "name = \"stall\"\nat = { scan = 20 }",
+        "name = \"jitter\"\nmean_ms = 500\nsd_ms = 100",
+    ] {
+        fs::write(&file, format!("[[fault]]\n{fault}\n")).expect("written");
+        let args = ["spindle", "--tcp", "127.0.0.1:0", "--time-scale", "max", "--seconds", "3", "--faults"];
+        let mut telling = Telling::start("emulate", &[&args[..], &[text(&file)]].concat());
+        let mut client = std::net::TcpStream::connect(telling.address()).expect("it listens");
+        client.write_all(b"\x02sEN LMDscandata 1\x03").expect("asked");
+        let mut bytes = Vec::new();
+        client.read_to_end(&mut bytes).expect("read to the end");
+        let came = bytes.windows(17).filter(|bytes| *bytes == b"\x02sSN LMDscandata ").count();
+        let whole = bytes.iter().filter(|byte| **byte == 3).count();
+        let mut ended = std::iter::from_fn(|| telling.next());
+        let end = ended.find(|line| line.get("scans_sent").is_some()).expect("it counts scans");
+        let told = [&end["scans_sent"], &end["scans_dropped"]].map(|count| count.as_u64().expect("a count"));
+        // The answer to the subscription is a telegram, too.
+        assert_eq!((came as u64, whole), (told[0], came + 1), "{fault}: {end}");
+        assert!(told[0] + told[1] >= 150, "{fault}: {end}");
+    }
+}
+
 #[test]
 fn emulate_refuses_a_stream_that_is_not_there_before_it_runs() {
     let folder = tempfile::tempdir().expect("a folder");

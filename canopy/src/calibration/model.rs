@@ -8,7 +8,7 @@ use super::contact_scale::{CONTACT_KEYS, ContactScale, SHARE_KEYS};
 use super::error::CalibrationError;
 use super::quality::FitQuality;
 use super::witness::Witness;
-use super::wood::leafy_share;
+use super::wood::{WOOD_BY_SPOT, leafy_share};
 
 /// How areas become leaf area, for one class. `class` and `units` are required in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -175,7 +175,8 @@ impl Calibration {
             Some(self.training.mean_leaf_area_m2_per_m * share / (1.0 - share))
         };
         let wood = self.contact.wood.map(|wood| wood.m2_per_m).or_else(of_class);
-        wood.map_or(1.0, |wood_m2_per_m| leafy_share(wood_m2_per_m, raw_m2_per_m))
+        let met = if self.class.optics == Optics::Ideal { 1.0 } else { WOOD_BY_SPOT };
+        wood.map_or(1.0, |wood_m2_per_m| leafy_share(met * wood_m2_per_m, raw_m2_per_m))
     }
 
     /// Refuses coefficients and classes that no estimate could be made with.

@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 /// Below this share of leaf in what was met, no leaf area is told: how leaves stand is known to 13 % of what was met, which would be a third of the leaves.
 pub(crate) const LEAST_LEAF: f64 = 0.4;
 
+/// What a spot makes of wood beside rays: thin branches fill a part of it, and are counted as wider than they are. Of bare rows, docs/optics.md.
+pub(super) const WOOD_BY_SPOT: f64 = 1.48;
+
 /// Half of the surface of the wood that beams meet, as contact counts it: one-sided leaf area is half of a leaf's surface, too. It is the leaf area that contact
 /// tells of a row without leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

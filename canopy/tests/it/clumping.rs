@@ -144,6 +144,8 @@ fn of_device(clumping: ClumpingBy) -> Calibration {
         toml::from_str(shipped::text("spindle-lms111-device").unwrap()).unwrap();
     assert_eq!(calibration.class.optics, Optics::Footprint);
     calibration.contact.clumping = clumping;
+    // How much wood its rows had is no matter here.
+    calibration.class.canopy.wood_share = None;
     // A proportion: the factor itself shows.
     (calibration.contact.k, calibration.contact.p) = (1.0, 1.0);
     calibration

@@ -96,7 +96,9 @@ fn an_echo_that_one_connection_set_is_known_on_another() {
     for (code, is_other) in [(Some(2), true), (Some(0), false), (None, false)] {
         let (witness, telegrams) = bench(10);
         let mount = rowscan_protocol::rig::Mount { echo: Some(EchoChoice::First), ..Default::default() };
-        let rig = rowscan_protocol::rig::Rig { scanners: vec![mount], ..Default::default() };
+        // Of rays every echo is the first.
+        let optics = Some(rowscan_protocol::rig::BeamWidth::Device);
+        let rig = rowscan_protocol::rig::Rig { scanners: vec![mount], optics, ..Default::default() };
         let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(None)).expect("read");
         witness.watch("left", reading.pipeline);
         if let Some(code) = code {

@@ -7,6 +7,7 @@ use std::time::Duration;
 use rowscan_protocol::challenge::{REALM, response};
 use rowscan_protocol::compact::{CompactListener, SegmentCounts};
 use rowscan_protocol::frame::FrameCounts;
+use rowscan_protocol::heard_echo::EchoInForce;
 use rowscan_protocol::host::{DeviceInfo, HostEvent, HostSession, Language, OtherSender, Refusal, Transmit};
 use rowscan_protocol::scan::Scan;
 use serde_json::{Value, json};
@@ -192,6 +193,14 @@ impl PicoSession {
                     self.listener.follow(number);
                 }
             }
+            // The scanner has refused another one.
+            step::ECHO if step.data.is_none() => {
+                let code = body.pointer("/data/FREchoFilter").and_then(Value::as_u64);
+                let code = code.and_then(|code| u8::try_from(code).ok());
+                if let Some(heard) = self.listener.heard_echo() {
+                    heard.set_in_force(EchoInForce { code, saved: None });
+                }
+            }
             "FirmwareVersion" => text("/data/FirmwareVersion").clone_into(&mut self.info.firmware),
             _ => match (step.leftover, &step.data) {
                 (Some(setting), Some(_)) => {
@@ -259,7 +268,8 @@ impl PicoSession {
             self.state = State::Done;
             return;
         }
-        self.steps.pop_front();
+        let read_back = self.steps.pop_front().and_then(|step| step.read_back());
+        read_back.into_iter().for_each(|step| self.steps.push_front(step));
         self.go_on();
     }
 

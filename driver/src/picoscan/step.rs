@@ -91,7 +91,7 @@ pub(super) fn start_up(to: SocketAddrV4, place: &PicoscanAddress, config: &ColaC
         Some(Step::write("ScanDataEthSettings", destination.clone(), true)),
         Some(Step::write("ScanDataFormat", json!(2), true)),
         profile.ok().flatten().map(|number| Step::write("PerformanceProfileNumber", json!(number), false)),
-        echo.map(|code| Step::write("FREchoFilter", code, false)),
+        echo.map(|code| Step::write(ECHO, code, false)),
         // A measurement that runs already begins anew with it: before the stream does.
         Some(Step { data: Some(json!({})), ..Step::read("mStartMeasure", false) }),
     ];
@@ -114,6 +114,17 @@ pub(super) fn start_up(to: SocketAddrV4, place: &PicoscanAddress, config: &ColaC
         .chain([Step::look_at_layers()])
         .chain(settings.into_iter().flatten());
     (steps.chain(readings).chain([last]).collect(), profile.is_ok())
+}
+
+/// The setting of which echoes are sent.
+pub(super) const ECHO: &str = "FREchoFilter";
+
+impl Step {
+    /// Reads which echoes are sent, where this is the step that sets them: a scanner that refuses keeps its own.
+    pub(super) fn read_back(&self) -> Option<Self> {
+        let sets_the_echo = self.name == ECHO && self.data.is_some();
+        sets_the_echo.then(|| Self { may_lack: true, ..Self::read(ECHO, false) })
+    }
 }
 
 /// Streams that a client switches on beside the scans.

@@ -166,8 +166,9 @@ impl<S> FaultyStream<S> {
         let back = self.back.next_due(plan.holds(link, Direction::ToDevice));
         let script = plan.next_due(looked);
         let next = [out, back, script].into_iter().flatten().filter(|at| *at > looked).min();
-        let waiting = self.out.waiting() > 0 || self.back.waiting() > 0;
-        plan.set_needs_time(link, next.filter(|_| waiting));
+        // Telegrams that wait for each other are in no queue.
+        let waits = [out, back].iter().any(Option::is_some) || self.out.waiting() + self.back.waiting() > 0;
+        plan.set_needs_time(link, next.filter(|_| waits));
         drop(plan);
         self.timers.get_mut(half).map_or(Poll::Pending, |timer| timer.poll(cx, next))
     }

@@ -57,6 +57,10 @@ fn table(report: &CoverageReport) -> String {
             },
         ))
     };
+    let counted = |n: usize, withheld: usize| match withheld {
+        0 => number(Some(n as f64), 0),
+        _ => Cell::new(format!("{n} of {}", n + withheld)),
+    };
     let mut grid = Grid::new();
     output::head(
         &mut grid,
@@ -76,9 +80,9 @@ fn table(report: &CoverageReport) -> String {
         grid.add_row([
             Cell::new(&row.axis),
             Cell::new(&row.class),
-            number(Some(row.n as f64), 0),
-            percent(Some(row.bias)),
-            share(Some(row.rmse)),
+            counted(row.n, row.withheld),
+            percent(row.bias),
+            share(row.rmse),
             held(row.sampling_holds),
             held(row.interval_holds),
             share(row.half_width),

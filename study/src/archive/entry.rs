@@ -44,6 +44,9 @@ pub(super) fn read<T: DeserializeOwned>(bytes: &[u8], key: &str) -> Result<T, &'
     if line() != FORMAT {
         return Err("is no row of a study");
     }
+    if !text.ends_with('\n') {
+        return Err("is cut off");
+    }
     if line() != key {
         return Err("holds a row that depends on something else");
     }

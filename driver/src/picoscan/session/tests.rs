@@ -119,6 +119,7 @@ impl Bench {
             "GET /api/SerialNumber" => {
                 answer(200, &json!({ "header": ok, "data": { "SerialNumber": SERIAL.to_string() } }))
             }
+            "GET /api/FREchoFilter" => answer(200, &json!({ "header": ok, "data": { "FREchoFilter": 2 } })),
             get if get.starts_with("GET /api/LFP") => {
                 let found = self.filters.iter().find(|(name, _)| get.ends_with(name));
                 found.map_or_else(
@@ -424,6 +425,8 @@ fn what_scans_can_do_without_may_be_refused() {
     else {
         panic!("it goes on")
     };
+    // It has kept another one than was asked for.
+    assert_eq!(bench.session.listener.heard_echo().and_then(|heard| heard.code()), Some(2));
     let mut bench = as_delivered();
     bench.answer_up_to("/api/ScanDataFormat");
     bench.hear(&refusal(400, 9));
