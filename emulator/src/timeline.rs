@@ -295,7 +295,9 @@ impl Timeline {
     /// The next instant that something acts at; none while time waits.
     fn due(&mut self) -> Option<SimTime> {
         let held = self.byte_faults().filter_map(StreamFaults::needs_time).min();
-        let held = held.map(|at| SimTime::ZERO + at).filter(|_| self.clock.delivery().is_patient());
+        // In lockstep it is no part of a step, and leaves with the next one.
+        let waits = self.clock.delivery().is_patient() && self.lockstep.is_none();
+        let held = held.map(|at| SimTime::ZERO + at).filter(|_| waits);
         let next = self.sources.iter_mut().filter_map(Source::next).min();
         let next = [next, held.filter(|at| *at > self.clock.now())].into_iter().flatten().min()?;
         let began = self.tractor.began();
