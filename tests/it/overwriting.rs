@@ -201,7 +201,9 @@ fn visit(command: &clap::Command, above: &str, unknown: &mut Vec<String>) {
             let names_a_file = argument.get_value_parser().type_id() == TypeId::of::<PathBuf>();
             let is_written = CASES.iter().any(|(command, option, ..)| *command == name && *option == id);
             let is_other = OTHERS.iter().any(|(command, ids)| *command == name && ids.contains(&id));
-            if names_a_file && !is_written && !is_other {
+            // A folder, in which studies name the files of their rows themselves.
+            let is_kept = id == "keep" && name.starts_with("study ");
+            if names_a_file && !is_written && !is_other && !is_kept {
                 unknown.push(format!("{name} {id}"));
             }
         }
