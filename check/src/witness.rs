@@ -11,7 +11,7 @@ use rowscan_protocol::heard_echo::EchoInForce;
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
-use rowscan_recording::{DATAGRAMS, Joint, Packet, ScanReader, Side, StreamKind, Tap, Taps};
+use rowscan_recording::{DATAGRAMS, Joint, MAX_PAYLOAD, Packet, ScanReader, Side, StreamKind, Tap, Taps};
 
 use crate::fault_desk::FaultDesk;
 use crate::journal::Journal;
@@ -19,9 +19,6 @@ use crate::journal::Journal;
 mod counts;
 
 pub(crate) use counts::Counts;
-
-/// The largest payload that is taken for one: twice that of the largest scan telegram in text.
-const MAX_PAYLOAD: usize = 64 * 1024;
 
 /// The number of what comes as datagrams, among connections.
 const BY_DATAGRAMS: u64 = 0;

@@ -57,7 +57,7 @@ telegram, never inside one. What looks like an unfinished telegram is let go as 
 Random choices are keyed by seed, fault, stream and number of the event: the same seed and the same telegrams give the same bytes. Faults that `s` or `row_m` begins \
 depend on what passes at that time; `scan` does not.
 
-At most 64 KiB wait each way behind a fault; then whoever writes must wait, as for a full socket. At `--time-scale max` there is no bound, because time itself would wait. There time stands while nobody takes scans, but not while a fault holds back what only time lets go: a client is answered through a fault that was there before it.
+At most 64 KiB wait each way behind a fault; then whoever writes must wait, as for a full socket. At `--time-scale max` there is no bound, because time itself would wait. There, time stands still while nobody takes scans. It goes on while a fault holds bytes back that leave with time, so a client is answered even if the fault began before it connected.
 
 In lockstep, what `delay`, `jitter`, `stall` or `bandwidth` holds back is no part of a step: it leaves when its time has come, and the step does not wait for it.
 

@@ -8,10 +8,9 @@ use rowscan_protocol::counting::{Counting, Turn, nominal_period_s};
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::lms2xx::{Variant, model};
 use rowscan_protocol::scan::Scan;
-use rowscan_recording::{FrameReader, ReadError, RecordedFrame, Recording, ScanReader, Side, StreamKind};
-
-/// The largest payload that is taken for one.
-const MAX_PAYLOAD: usize = 64 * 1024;
+use rowscan_recording::{
+    FrameReader, MAX_PAYLOAD, ReadError, RecordedFrame, Recording, ScanReader, Side, StreamKind,
+};
 
 /// A recording, frame by frame.
 #[derive(Debug)]
