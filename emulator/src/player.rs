@@ -115,10 +115,10 @@ impl PlaybackLoop {
                 }
             };
             let due = loop {
-                let (moved, to_ns) = self.playhead.jumps();
+                let (moved, to) = self.playhead.jumps();
                 if moved != jumps {
                     jumps = moved;
-                    if let Err(cause) = self.tape.seek(to_ns) {
+                    if let Err(cause) = self.tape.seek(to) {
                         tracing::warn!(%cause, "the recording cannot be read again");
                     }
                     break None;

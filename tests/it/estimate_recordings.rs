@@ -1,12 +1,13 @@
 //! What `estimate` makes of what a recording says of itself: its scanner's model, the stream that is read, the optics it was made with.
 
-use std::io::Cursor;
+use std::io::{BufRead, BufReader, Cursor};
+use std::process::Stdio;
 
 use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_recording::{About, Decoded, McapWriter, Side, StreamKind};
 use serde_json::Value;
 
-use crate::common::binary::{Emulator, Ended, Telling, assert_says, run};
+use crate::common::binary::{Emulator, Ended, Telling, assert_says, rowscan, run};
 use crate::common::recorded::folder;
 
 fn json(ended: &Ended) -> Value {
@@ -112,6 +113,18 @@ fn of_two_streams_the_first_by_name_is_read_and_the_document_says_so() {
     assert_eq!(told[0], told[1], "which scanner connected first changes nothing");
 }
 
+/// Whether a replay of this file says which beams it was recorded with.
+fn replay_says(file: &str, expected: &str) -> bool {
+    let mut replay = rowscan();
+    replay.args(["replay", file, "--tcp", "127.0.0.1:0"]).stderr(Stdio::piped()).stdout(Stdio::null());
+    let mut child = replay.spawn().expect("the binary runs");
+    let said = BufReader::new(child.stderr.take().expect("piped")).lines().map_while(Result::ok);
+    let said: Vec<String> = said.take_while(|line| !line.contains("it begins")).collect();
+    child.kill().expect("it ran");
+    child.wait().expect("it ended");
+    said.iter().any(|line| line.contains(expected))
+}
+
 /// Scans through a device's beams, read with a rig that says rays: an emulator knows what it made; of a real scanner the rig is believed. Both are told.
 #[test]
 fn the_optics_that_an_emulator_recorded_decide_over_the_rigs() {
@@ -127,6 +140,7 @@ fn the_optics_that_an_emulator_recorded_decide_over_the_rigs() {
     let leaf = |told: &Value| told["leaf_area_contact_raw_m2"].as_f64().unwrap_or_else(|| panic!("{told}"));
     let (right, _) = estimated(&made, &["--rig", &device]);
     assert_eq!((warning(&right, "other_optics"), warning(&right, "other_rig")), (None, None));
+    assert!(replay_says(&made, "estimate the replay with --optics device"));
     let (found, stderr) = estimated(&made, &["--rig", &ideal]);
     assert_eq!(leaf(&found), leaf(&right), "the recording's optics decide");
     let warned = warning(&found, "other_optics").unwrap_or_else(|| panic!("{found}"));

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use common::replayed::{
-    Packets, Replayed, connect, next_scan, played, recorded, replay, sent_by, subscribed, ticking, write,
+    Packets, Replayed, connect, next_scan, played, recorded, replay, sent_by, subscribed, ticking,
+    ticking_in_clumps, write,
 };
 use common::{bench, facts, raw_client};
 use rowscan_emulator::clock::TimeScale;
@@ -231,11 +232,36 @@ async fn a_replay_pauses_seeks_and_ends() {
     replayed.playhead.pause(false, replayed.clock.now());
     assert_eq!(next_scan(&mut client).await.0, 2);
     assert!(resumed.elapsed() <= Duration::from_millis(1001), "{:?}", resumed.elapsed());
-    replayed.playhead.seek(1_700_000_020_000_000_000, replayed.clock.now());
+    replayed.playhead.seek(1_700_000_020_000_000_000.into(), replayed.clock.now());
     for expected in 20..30 {
         assert_eq!(next_scan(&mut client).await.0, expected);
     }
     replayed.player.ended().await;
+}
+
+/// Scans that came in one piece have one time: which of them a place is, their order tells.
+#[tokio::test(start_paused = true)]
+async fn a_replay_begins_and_ends_at_its_scans_where_many_have_one_time() {
+    let (_folder, path, _) = folder();
+    ticking_in_clumps(&path, 300, 40);
+    let survey = Survey::read(&path).expect("it can be played");
+    let part = survey.choose(&[], 1).expect("a scanner")[0];
+    let at = |number| survey.scan_at(part, number).expect("it reads").expect("it is there");
+    for (from, until) in [(0, 40), (45, 95), (39, 41), (80, 120), (250, 299), (100, 101)] {
+        let cut = Played { from: at(from), until: at(until), ..played() };
+        let mut replayed = replay(&path, Some("lms111"), TimeScale::Max, cut, Taps::default());
+        let mut client = subscribed(&mut replayed).await;
+        let mut bytes = Vec::new();
+        replayed.player.ended().await;
+        drop(replayed);
+        client.read_to_end(&mut bytes).await.expect("read");
+        let text = String::from_utf8(bytes).expect("text");
+        let counters: Vec<u64> = text
+            .split('\u{3}')
+            .filter_map(|telegram| u64::from_str_radix(telegram.split(' ').nth(7)?, 16).ok())
+            .collect();
+        assert_eq!(counters, (from..until).collect::<Vec<_>>(), "{from}..{until}");
+    }
 }
 
 #[tokio::test(start_paused = true)]

@@ -145,7 +145,7 @@ async fn play<S: Future<Output = ()>>(
     let begins_ns = parts.iter().filter(|part| part.is_scanner()).filter_map(|part| part.begins_ns).min();
     let begins_ns = begins_ns.expect("scans");
     let playhead = Arc::new(Playhead::new(begins_ns));
-    let played = Played { from_ns: begins_ns, ..played };
+    let played = Played { from: begins_ns.into(), ..played };
     let tape = Playback::open(path.to_owned(), &parts, played).expect("it opens");
     let (mut emulators, mut outlets) = (Vec::new(), Vec::new());
     for part in &parts {
@@ -225,7 +225,7 @@ async fn streams_recorded_together_are_played_together() {
     let back = Duration::from_millis(210);
     let sought = async |head: Arc<Playhead>, clock: Arc<SimClock>, first_scan_ns: u64| {
         sleep_until(Instant::now() + half).await;
-        head.seek(first_scan_ns + back.as_nanos() as u64, clock.now());
+        head.seek((first_scan_ns + back.as_nanos() as u64).into(), clock.now());
     };
     let heard = play(folder.path(), &path, (TimeScale::Paced(1.0), played()), sought).await;
     for name in STREAMS {

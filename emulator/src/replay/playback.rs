@@ -10,6 +10,7 @@ use rowscan_protocol::telegram::{Kind, LmdScandata};
 use rowscan_protocol::time::SimTime;
 use rowscan_recording::{ReadError, RecordedFrame, Side, StreamKind};
 
+use super::moment::{Moment, Moments};
 use super::stamps::{Restamp, Stamps};
 use super::survey::{polled_scan, still_streams};
 use super::timed_frames::TimedFrames;
@@ -18,10 +19,10 @@ use super::{Part, ReplayError, unreadable};
 /// What is played, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Played {
-    /// Recorded instant to begin at.
-    pub from_ns: u64,
-    /// Recorded instant to end before.
-    pub until_ns: u64,
+    /// Where to begin.
+    pub from: Moment,
+    /// Where to end, before what stands there.
+    pub until: Moment,
     /// Time from one beginning to the next, if it loops.
     pub every_ns: Option<u64>,
     /// Counters and device times.
@@ -42,8 +43,10 @@ pub struct Playback {
     frames: TimedFrames,
     /// How often it has begun anew.
     rounds: u64,
-    /// Frames before this recorded instant are passed over.
-    skip_until_ns: u64,
+    /// Frames before this are passed over.
+    skip_until: Moment,
+    /// Where the last frame stood.
+    moments: Moments,
     /// Frames of this round so far.
     found: u64,
 }
@@ -95,7 +98,8 @@ impl Playback {
         };
         Ok(Self {
             tracks: parts.iter().map(track).collect(),
-            skip_until_ns: played.from_ns,
+            skip_until: played.from,
+            moments: Moments::default(),
             path,
             names,
             still,
@@ -106,15 +110,15 @@ impl Playback {
         })
     }
 
-    /// Goes to a recorded instant.
-    pub(crate) fn seek(&mut self, to_ns: u64) -> Result<(), ReadError> {
+    /// Goes to a place of the recording.
+    pub(crate) fn seek(&mut self, to: Moment) -> Result<(), ReadError> {
         self.rounds = 0;
-        self.begin(to_ns)
+        self.begin(to)
     }
 
-    fn begin(&mut self, from_ns: u64) -> Result<(), ReadError> {
+    fn begin(&mut self, from: Moment) -> Result<(), ReadError> {
         self.frames = open(&self.path, &self.names, &self.still)?;
-        self.skip_until_ns = from_ns;
+        (self.skip_until, self.moments) = (from, Moments::default());
         self.tracks.iter_mut().for_each(|track| track.jumped = true);
         self.found = 0;
         Ok(())
@@ -124,19 +128,20 @@ impl Playback {
     pub(crate) fn next(&mut self) -> Result<Option<PlaybackEvent>, ReadError> {
         loop {
             let frame = self.frames.next_frame()?;
-            let Some(frame) = frame.filter(|frame| frame.at_ns < self.played.until_ns) else {
+            let found = frame.map(|frame| (self.moments.next(frame.at_ns), frame));
+            let Some((moment, frame)) = found.filter(|(moment, _)| *moment < self.played.until) else {
                 // A loop with nothing in it would never end.
                 if self.played.every_ns.is_none() || self.found == 0 {
                     return Ok(None);
                 }
                 self.rounds += 1;
-                self.begin(self.played.from_ns)?;
+                self.begin(self.played.from)?;
                 continue;
             };
             let track = self.tracks.iter().position(|track| track.stream == frame.stream);
             if let Some(track) = track
                 && frame.from == Side::Device
-                && frame.at_ns >= self.skip_until_ns
+                && moment >= self.skip_until
                 && let Some(event) = self.event(track, frame)
             {
                 self.found += 1;

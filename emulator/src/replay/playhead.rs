@@ -3,6 +3,8 @@
 use rowscan_protocol::time::SimTime;
 use tokio::sync::watch;
 
+use super::moment::Moment;
+
 /// The place a tape plays from. Recorded time stands still until it is begun, and while it is paused.
 #[derive(Debug)]
 pub struct Playhead {
@@ -17,6 +19,8 @@ struct State {
     /// Where it stands while it does not run.
     stands_at_ns: u64,
     paused: bool,
+    /// Which of the frames of that instant it was moved to.
+    number: u64,
     /// How often it has been moved: the tape looks for its new place when this changes.
     jumps: u32,
 }
@@ -24,7 +28,8 @@ struct State {
 impl Playhead {
     /// At the recorded instant `start_ns`.
     pub fn new(start_ns: u64) -> Self {
-        let state = State { begun: false, running: None, stands_at_ns: start_ns, paused: false, jumps: 0 };
+        let state =
+            State { begun: false, running: None, stands_at_ns: start_ns, paused: false, number: 0, jumps: 0 };
         Self { state: watch::Sender::new(state) }
     }
 
@@ -46,10 +51,10 @@ impl Playhead {
         });
     }
 
-    /// Goes to the recorded instant `to_ns`.
-    pub fn seek(&self, to_ns: u64, now: SimTime) {
+    /// Goes to this place of the recording.
+    pub fn seek(&self, to: Moment, now: SimTime) {
         self.state.send_modify(|state| {
-            state.stands_at_ns = to_ns;
+            (state.stands_at_ns, state.number) = (to.at_ns, to.number);
             state.running = None;
             state.jumps = state.jumps.wrapping_add(1);
             state.run(now);
@@ -81,9 +86,10 @@ impl Playhead {
     }
 
     /// Where it was moved to last, and how often it has been.
-    pub fn jumps(&self) -> (u32, u64) {
+    pub fn jumps(&self) -> (u32, Moment) {
         let state = self.state.borrow();
-        (state.jumps, state.running.map_or(state.stands_at_ns, |(_, from_ns)| from_ns))
+        let at_ns = state.running.map_or(state.stands_at_ns, |(_, from_ns)| from_ns);
+        (state.jumps, Moment { at_ns, number: state.number })
     }
 
     /// Tells when anything about it changes.
@@ -143,8 +149,8 @@ mod tests {
         assert_eq!(head.due(150), None);
         head.pause(false, SimTime(1100));
         assert_eq!(head.due(150), Some(SimTime(1150)));
-        head.seek(50, SimTime(1200));
+        head.seek(50.into(), SimTime(1200));
         assert_eq!(head.due(150), Some(SimTime(1300)));
-        assert_eq!(head.jumps(), (1, 50));
+        assert_eq!(head.jumps(), (1, 50.into()));
     }
 }

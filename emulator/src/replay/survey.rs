@@ -14,6 +14,7 @@ use rowscan_protocol::telegram::{Kind, LmdScandata, Method, Telegram, Variable};
 use rowscan_recording::{About, DeviceEchoes, RecordedFrame, Side, Soundness, StreamInfo, StreamKind, Torn};
 
 use super::echo::{EchoTrace, ToldEcho};
+use super::moment::{Moment, Moments};
 use super::timed_frames::TimedFrames;
 use super::traces::Traces;
 use super::{CompactPart, Lms2xxPart, ReplayError, Script, unreadable};
@@ -196,13 +197,14 @@ impl Survey {
         Ok(Self { path: path.to_owned(), about, parts, torn, soundness })
     }
 
-    /// Time of a part's scan number `number`, from 0; none if it has fewer.
-    pub fn scan_at(&self, part: &Part, number: u64) -> Result<Option<u64>, ReplayError> {
+    /// Where a part's scan number `number`, from 0, stands; none if it has fewer.
+    pub fn scan_at(&self, part: &Part, number: u64) -> Result<Option<Moment>, ReplayError> {
         let fail = unreadable(&self.path);
         let names: Vec<&str> = self.parts.iter().map(|part| part.name.as_str()).collect();
         let mut frames = TimedFrames::open(&self.path, &names, &still_streams(&self.parts)).map_err(&fail)?;
-        let (mut scans, mut compact) = (0, CompactPart::default());
+        let (mut scans, mut compact, mut moments) = (0, CompactPart::default(), Moments::default());
         while let Some(frame) = frames.next_frame().map_err(&fail)? {
+            let moment = moments.next(frame.at_ns);
             let is_scan = match frame.kind {
                 StreamKind::Lms2xx => has_values(frame.payload()),
                 StreamKind::Compact if frame.stream == part.stream => compact.take(frame.payload()) > 0,
@@ -212,7 +214,7 @@ impl Survey {
                 continue;
             }
             if scans == number {
-                return Ok(Some(frame.at_ns));
+                return Ok(Some(moment));
             }
             scans += 1;
         }

@@ -26,9 +26,10 @@ use rowscan_bench::replay::{ReplayBench, ReplaySpec, ReplayedStream};
 use rowscan_canopy::Warning;
 use rowscan_control::{Bench, Log, Refused};
 use rowscan_emulator::clock::{TimeScale, Timer};
-use rowscan_emulator::replay::{Part, Playback, Played, Playhead, Stamps, Survey, ToldEcho};
+use rowscan_emulator::replay::{Moment, Part, Playback, Played, Playhead, Stamps, Survey, ToldEcho};
 use rowscan_emulator::{Player, RefusedSetting};
 use rowscan_recording::{StreamKind, Taps};
+use rowscan_scenes::files;
 use seats::{PlaceArgs, Seat, Sort};
 use watched::{Watched, Watching};
 
@@ -105,7 +106,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     }
     let places = Places::of(args.rig.as_deref(), &survey, &parts);
     let played = args.played(&places, &parts)?;
-    let start_ns = played.from_ns.max(places.begins_ns);
+    let start_ns = played.from.at_ns.max(places.begins_ns);
     let round = played.every_ns.map(|every_ns| (start_ns, every_ns));
     let mut spec = ReplaySpec::new(&survey, args.time_scale);
     let clock = spec.clock();
@@ -175,7 +176,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             () = interrupt.wait() => break,
             Some(SeekRequest { place, done }) = seeks.recv() => {
                 let found = places.find(place);
-                let found = found.map(|to_ns| playhead.seek(to_ns.max(start_ns), clock.now()));
+                let found = found.map(|to| playhead.seek(to.max(start_ns.into()), clock.now()));
                 // Whoever asked may have gone.
                 let _ = done.send(found.map_err(|error| Refused(error.to_string())));
             }
@@ -197,21 +198,22 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
 impl Args {
     /// What is played of these streams.
     fn played(&self, places: &Places<'_>, parts: &[&Part]) -> Result<Played, Failure> {
-        let from_ns = self.from.map_or(Ok(0), |place| places.find(place))?;
-        let until_ns = self.until.map_or(Ok(u64::MAX), |place| places.find(place))?;
-        let start_ns = from_ns.max(places.begins_ns);
-        if until_ns <= start_ns {
+        let from = self.from.map_or(Ok(Moment::default()), |place| places.find(place))?;
+        let until = self.until.map_or(Ok(Moment::END), |place| places.find(place))?;
+        let start = from.max(places.begins_ns.into());
+        if until <= start {
             return Err(Failure::Usage(
                 "--until lies at or before --from: there is nothing to play between them".to_owned(),
             ));
         }
         // From the last event to the first of the next round passes as long as between two scans.
         let period_ns = parts.iter().map(|part| part.period_ns()).min().unwrap_or(1);
-        let every_ns = until_ns.min(places.ends_ns.saturating_add(period_ns)).saturating_sub(start_ns).max(1);
+        let ends_ns = until.at_ns.min(places.ends_ns.saturating_add(period_ns));
+        let every_ns = ends_ns.saturating_sub(start.at_ns).max(1);
         Ok(Played {
             // Replies before the first event are part of what is verbatim.
-            from_ns: if self.verbatim { from_ns } else { start_ns },
-            until_ns,
+            from: if self.verbatim { from } else { start },
+            until,
             every_ns: self.repeat.then_some(every_ns),
             stamps: match self.stamps {
                 StampsArg::Keep => Stamps::Keep,
@@ -288,6 +290,11 @@ fn tell_streams(survey: &Survey, played: &[&Part]) {
             }
             (false, _) => {}
         }
+    }
+    let recorded = survey.about.rig.as_deref().and_then(|text| files::rig_from_text(text, |_| ()).ok());
+    if let Some(beams) = recorded.and_then(|rig| rig.optics) {
+        let beams = beams.name();
+        say(format_args!("its rig says `optics = \"{beams}\"`: estimate the replay with --optics {beams}"));
     }
     match played.iter().any(|part| part.kind.is_scanner()) {
         true => say("it begins with the first taker of every scanner"),

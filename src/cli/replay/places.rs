@@ -10,7 +10,7 @@ use rowscan_scenes::files;
 use super::super::Failure;
 use super::super::output::say;
 use super::recorded_way::RecordedWay;
-use rowscan_emulator::replay::{Part, ReplayError, Survey};
+use rowscan_emulator::replay::{Moment, Part, ReplayError, Survey};
 
 /// A place in a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,14 +66,14 @@ impl<'a> Places<'a> {
         }
     }
 
-    pub(super) fn find(&self, place: Seek) -> Result<u64, Failure> {
+    pub(super) fn find(&self, place: Seek) -> Result<Moment, Failure> {
         let refuse = |what: String| ReplayError::Seek {
             what,
             scans: self.part.map_or(0, |part| part.scans),
             seconds: self.ends_ns.saturating_sub(self.begins_ns) as f64 * 1e-9,
         };
         let found = match place {
-            Seek::Seconds(seconds) => Some(self.begins_ns.saturating_add((seconds * 1e9) as u64)),
+            Seek::Seconds(seconds) => Some(self.begins_ns.saturating_add((seconds * 1e9) as u64).into()),
             Seek::Scan(number) => match self.part {
                 Some(part) => self.survey.scan_at(part, number)?,
                 None => None,
@@ -88,12 +88,12 @@ impl<'a> Places<'a> {
                 }
             }
         };
-        let found = found.filter(|found| *found <= self.ends_ns);
+        let found = found.filter(|found| found.at_ns <= self.ends_ns);
         Ok(found.ok_or_else(|| refuse(format!("there is no {}", told(place))))?)
     }
 
-    /// The time of a metre of the row: by what the recording tells of the way, else by the rig's speed, and that is said.
-    fn at_metre(&self, part: &Part, rig: &Rig, metre: f64) -> Result<Option<u64>, Failure> {
+    /// Where a metre of the row is: by what the recording tells of the way, else by the rig's speed, and that is said.
+    fn at_metre(&self, part: &Part, rig: &Rig, metre: f64) -> Result<Option<Moment>, Failure> {
         let way = RecordedWay::found(self.survey, part, rig)?;
         if matches!(way, RecordedWay::OfRig) {
             say(format_args!(

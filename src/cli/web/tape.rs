@@ -157,7 +157,7 @@ impl Time for Tape {
             ))),
         });
         Box::pin(std::future::ready(
-            found.map(|place| self.0.playhead.seek(nanoseconds(place), self.0.clock.now())),
+            found.map(|place| self.0.playhead.seek(nanoseconds(place).into(), self.0.clock.now())),
         ))
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
-use rowscan_emulator::replay::{Playback, Played, Playhead, Stamps, Survey, device_of, model_of};
+use rowscan_emulator::replay::{Moment, Playback, Played, Playhead, Stamps, Survey, device_of, model_of};
 use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model;
@@ -64,7 +64,13 @@ pub struct Replayed {
 }
 
 pub fn played() -> Played {
-    Played { from_ns: 0, until_ns: u64::MAX, every_ns: None, stamps: Stamps::Keep, verbatim: false }
+    Played {
+        from: Moment::default(),
+        until: Moment::END,
+        every_ns: None,
+        stamps: Stamps::Keep,
+        verbatim: false,
+    }
 }
 
 pub fn replay(path: &Path, model: Option<&str>, scale: TimeScale, played: Played, taps: Taps) -> Replayed {
@@ -85,7 +91,7 @@ pub fn replay_through(
     let part = parts[0];
     let model =
         model_of(&survey, part, model.map(|name| model::by_name(name).expect("known"))).expect("a model");
-    let playhead = Arc::new(Playhead::new(part.begins_ns.expect("events").max(played.from_ns)));
+    let playhead = Arc::new(Playhead::new(part.begins_ns.expect("events").max(played.from.at_ns)));
     let tape = Playback::open(path.to_owned(), &parts, played).expect("it opens");
     let config = EmulatorConfig { time_scale: clock.scale(), ..config };
     let faults = config.faults.clone();
@@ -104,6 +110,11 @@ pub fn connect(emulator: &mut Emulator) -> DuplexStream {
 
 /// A recording of events that are a second apart.
 pub fn ticking(path: &Path, seconds: u64) {
+    ticking_in_clumps(path, seconds, 1);
+}
+
+/// The same; so many of them came at once.
+pub fn ticking_in_clumps(path: &Path, seconds: u64, clump: u64) {
     let scan = |counter: u16| {
         let mut bytes = Vec::new();
         let body = format!(
@@ -115,7 +126,9 @@ pub fn ticking(path: &Path, seconds: u64) {
         rowscan_protocol::frame::encode(Dialect::A, body.as_bytes(), &mut bytes);
         bytes
     };
-    let packets = (0..seconds).map(|s| (Duration::from_secs(s), Side::Device, scan(s as u16))).collect();
+    let packets = (0..seconds)
+        .map(|s| (Duration::from_secs(s / clump * clump), Side::Device, scan(s as u16)))
+        .collect();
     write(path, &packets);
 }
 

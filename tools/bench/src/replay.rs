@@ -14,7 +14,7 @@ use rowscan_bus::nmea::{NmeaAddress, NmeaLine};
 use rowscan_bus::{Bus, BusAddress};
 use rowscan_emulator::clock::{SimClock, TimeScale, Timer};
 use rowscan_emulator::offline::Offline;
-use rowscan_emulator::replay::{Playback, Played, Playhead, Stamps, Survey, device_of};
+use rowscan_emulator::replay::{Moment, Playback, Played, Playhead, Stamps, Survey, device_of};
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{Emulator, EmulatorConfig, Outlet, Player};
 use rowscan_protocol::device::scan_event;
@@ -170,8 +170,8 @@ async fn play(
     let clock = Arc::new(SimClock::start(scale));
     let begins_ns = parts[0].begins_ns.expect("scans");
     let played = Played {
-        from_ns: begins_ns,
-        until_ns: u64::MAX,
+        from: begins_ns.into(),
+        until: Moment::END,
         every_ns: None,
         // So that every scan tells when it was due.
         stamps: Stamps::Now,
