@@ -125,13 +125,11 @@ pub trait VirtualScanner: fmt::Debug + Send + Sync {
     /// What a replay has refused because the recorded scans would have to be others.
     fn refused_settings(&self) -> Vec<RefusedSetting>;
 
-    /// Scans that faults hold back on their way to clients; none where nothing can go wrong there, or it is not counted.
-    fn held(&self) -> Option<InFlight> {
-        None
-    }
+    /// Scans that faults hold back on their way to clients; none where nothing can go wrong there.
+    fn held(&self) -> Option<InFlight>;
 
     /// Counts what faults still hold back as dropped: it was sent to nobody.
-    fn give_up_held(&self) {}
+    fn give_up_held(&self);
 
     /// What it has done so far.
     fn scanner_counts(&self) -> ScannerCounts {
@@ -175,5 +173,13 @@ impl VirtualScanner for SerialEmulator {
 
     fn refused_settings(&self) -> Vec<RefusedSetting> {
         Vec::new()
+    }
+
+    fn held(&self) -> Option<InFlight> {
+        SerialEmulator::held(self)
+    }
+
+    fn give_up_held(&self) {
+        SerialEmulator::give_up_held(self);
     }
 }

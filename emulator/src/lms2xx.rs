@@ -79,7 +79,8 @@ pub fn pause_slack(profile: Profile, scale: TimeScale) -> Duration {
 pub struct SerialCounts {
     /// Scan telegrams put on the line.
     pub scans_sent: u64,
-    /// Recorded scan telegrams that came faster than the line carries them; none where it measures by itself.
+    /// Scan telegrams that did not reach the client: recorded ones that came faster than the line carries them, and those that faults still held back at the
+    /// end. None where neither can be.
     pub scans_dropped: Option<u64>,
     /// Bytes lost because the client did not take them.
     pub bytes_lost: u64,
@@ -89,6 +90,8 @@ pub struct SerialCounts {
 pub(crate) struct Counts {
     pub(crate) sent: AtomicU64,
     pub(crate) lost: AtomicU64,
+    /// Scan telegrams on the line that faults held back at the end.
+    pub(crate) given_up: AtomicU64,
 }
 
 /// A virtual LMS2xx with its line, as a source of the timeline.

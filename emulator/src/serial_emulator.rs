@@ -3,6 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use rowscan_faults::StreamFaults;
+use rowscan_ports::in_flight::InFlight;
+
 use crate::lms2xx::{Counts, Lms2xxScanner, SerialCounts};
 use crate::playback_queue::PlaybackQueue;
 use crate::running::Running;
@@ -13,6 +16,8 @@ pub struct SerialEmulator {
     counts: Arc<Counts>,
     /// Where its recorded telegrams go, if it is a recorded one.
     queue: Option<PlaybackQueue>,
+    /// What goes wrong on its line, if anything may.
+    faults: Option<StreamFaults>,
     /// Where it does not run with the rig it belongs to.
     #[expect(dead_code, reason = "its drop ends the timeline")]
     running: Option<Running>,
@@ -20,7 +25,8 @@ pub struct SerialEmulator {
 
 impl SerialEmulator {
     pub(crate) fn of(scanner: &Lms2xxScanner) -> Self {
-        Self { counts: Arc::clone(&scanner.counts), queue: None, running: None }
+        let faults = scanner.faults().cloned();
+        Self { counts: Arc::clone(&scanner.counts), queue: None, faults, running: None }
     }
 
     /// The same with the rig that it runs with and that ends with it.
@@ -40,21 +46,32 @@ impl SerialEmulator {
 
     /// What it has done so far.
     pub fn counts(&self) -> SerialCounts {
-        counts(&self.counts, self.queue.as_ref())
+        self.counting()()
     }
 
     /// Tells what it has done.
     pub fn counting(&self) -> impl Fn() -> SerialCounts + Send + Sync + use<> {
         let counted = Arc::clone(&self.counts);
-        let queue = self.queue.clone();
-        move || counts(&counted, queue.as_ref())
+        let (queue, may_fail) = (self.queue.clone(), self.faults.is_some());
+        move || {
+            let given_up = counted.given_up.load(Ordering::Relaxed);
+            let (dropped, lost) = queue.as_ref().map_or((0, 0), |queue| (queue.dropped(), queue.lost()));
+            SerialCounts {
+                scans_sent: counted.sent.load(Ordering::Relaxed).saturating_sub(lost + given_up),
+                scans_dropped: (queue.is_some() || may_fail).then_some(dropped + given_up),
+                bytes_lost: counted.lost.load(Ordering::Relaxed),
+            }
+        }
     }
-}
 
-fn counts(counts: &Counts, queue: Option<&PlaybackQueue>) -> SerialCounts {
-    SerialCounts {
-        scans_sent: counts.sent.load(Ordering::Relaxed).saturating_sub(queue.map_or(0, PlaybackQueue::lost)),
-        scans_dropped: queue.map(PlaybackQueue::dropped),
-        bytes_lost: counts.lost.load(Ordering::Relaxed),
+    /// Scans that faults hold back on its line; none where nothing can go wrong there.
+    pub(crate) fn held(&self) -> Option<InFlight> {
+        self.faults.as_ref().map(|faults| faults.held().clone())
+    }
+
+    /// Counts what faults still hold back as dropped.
+    pub(crate) fn give_up_held(&self) {
+        let held = self.faults.as_ref().map_or(0, StreamFaults::give_up);
+        self.counts.given_up.fetch_add(held, Ordering::Relaxed);
     }
 }

@@ -7,7 +7,9 @@ use std::time::Duration;
 use rowscan_driver::{Connection, ConnectionEvent};
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::Stage;
-use rowscan_emulator::{Emulator, EmulatorConfig, Rig, Running, SerialConfig, StageRow};
+use rowscan_emulator::{
+    Emulator, EmulatorConfig, Rig, Running, ScannerCounts, SerialConfig, StageRow, VirtualScanner,
+};
 use rowscan_faults::{FaultControl, FaultEvents, Language, Medium, What, read};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::host::{HostEvent, HostSession};
@@ -266,6 +268,44 @@ fn what_is_told_as_sent_has_come_when_emulate_ends() {
         // The answer to the subscription is a telegram, too.
         assert_eq!((came as u64, whole), (told[0], came + 1), "{fault}: {end}");
         assert!(told[0] + told[1] >= 150, "{fault}: {end}");
+    }
+}
+
+/// The same of a serial line: what it holds back at the end was not sent.
+#[tokio::test(start_paused = true)]
+async fn what_a_serial_line_holds_back_at_the_end_counts_as_dropped() {
+    for (fault, is_held) in
+        [("name = \"drop\"\nat = { scan = 3 }", false), ("name = \"stall\"\nat = { scan = 6 }", true)]
+    {
+        let stage = Stage::grow(small_scene(), &|_, _| {}).expect("it grows");
+        let model = lms2xx::model::MODELS[0];
+        let (device, world) =
+            stage.serial_scanner(0, model, lms2xx::device::Options::default()).expect("it fits");
+        let mut rig = Rig::new(world.tractor().clone(), TimeScale::Paced(1.0));
+        let (control, _events) = FaultControl::new(1, rig.clock(), None);
+        let stream = control.stream("line", Medium::Wire, Language::Lms2xx);
+        control.add_all(read(&format!("[[fault]]\n{fault}\n")).expect("sound")).expect("fits");
+        let (here, there) = tokio::io::duplex(64 * 1024);
+        let config = SerialConfig { faults: Some(stream), ..SerialConfig::at(TimeScale::Paced(1.0)) };
+        let emulator: Box<dyn VirtualScanner> = Box::new(rig.lms2xx(device, world, Box::new(there), config));
+        let _running = rig.run();
+        let mut connection = Connection::new(here, Lms2xxClient::new(Lms2xxConfig::default()));
+        let mut scans = 0;
+        while scans < 5 {
+            let event = connection.next_event(Some(Duration::from_secs(60))).await.expect("the line holds");
+            scans += u64::from(matches!(event, ConnectionEvent::Session(HostEvent::Scan)));
+        }
+        tokio::time::sleep(Duration::from_secs(5)).await;
+        let before = emulator.scanner_counts();
+        emulator.give_up_held();
+        let ScannerCounts { scans_sent, scans_dropped, .. } = emulator.scanner_counts();
+        assert_eq!(Some(scans_sent + scans_dropped.expect("counted")), Some(before.scans_sent), "{fault}");
+        let is_whole = scans_sent > scans + 2;
+        assert_eq!(
+            (is_whole, scans_dropped > Some(3)),
+            (!is_held, is_held),
+            "{fault}: {scans_sent} sent, {before:?}"
+        );
     }
 }
 
