@@ -1,5 +1,7 @@
 //! The flags every command has that grows a scene.
 
+use std::ops::Deref;
+
 use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::files::{self, Warning};
@@ -14,12 +16,19 @@ use rowscan_emulator::stage::Stage;
 /// Which scene, which seed, which scanner.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct SceneArgs {
-    /// A scene file, or the name of a built-in scene
-    #[arg(value_name = "SCENE", default_value = "spindle")]
-    pub(super) name: String,
+    #[command(flatten)]
+    rows: RowSceneArgs,
     /// Seed of everything random, instead of the scene's own
     #[arg(long, value_name = "N")]
     pub(super) seed: Option<u64>,
+}
+
+/// The same of a study of many rows, which has seeds of its own.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct RowSceneArgs {
+    /// A scene file, or the name of a built-in scene
+    #[arg(value_name = "SCENE", default_value = "spindle")]
+    pub(super) name: String,
     /// Scanner model, instead of the rig's own; see `rowscan models`
     #[arg(long, value_name = "NAME", value_parser = models::name(), hide_possible_values = true)]
     model: Option<String>,
@@ -50,17 +59,18 @@ impl OpticsArgs {
     }
 }
 
-impl SceneArgs {
-    /// Whether its beams are as wide as the command line says, whatever the scene's file has.
-    pub(super) fn tells_optics(&self) -> bool {
-        self.optics.optics.is_some()
-    }
+impl Deref for SceneArgs {
+    type Target = RowSceneArgs;
 
+    fn deref(&self) -> &RowSceneArgs {
+        &self.rows
+    }
+}
+
+impl SceneArgs {
     /// The scene with its seed.
     pub(super) fn scene(&self) -> Result<Scene, Failure> {
-        // A model that does not exist is told before an orchard has been grown for it.
-        self.model.as_deref().map(models::find).transpose()?;
-        let mut scene = self.optics.load(&self.name)?;
+        let mut scene = self.rows.scene()?;
         scene.seed = self.seed.unwrap_or(scene.seed);
         Ok(scene)
     }
@@ -68,6 +78,20 @@ impl SceneArgs {
     /// The scene, grown, with a progress bar.
     pub(super) async fn stage(&self) -> Result<Stage, Failure> {
         grow(self.scene()?).await
+    }
+}
+
+impl RowSceneArgs {
+    /// Whether its beams are as wide as the command line says, whatever the scene's file has.
+    pub(super) fn tells_optics(&self) -> bool {
+        self.optics.optics.is_some()
+    }
+
+    /// The scene, with the seed of its file.
+    pub(super) fn scene(&self) -> Result<Scene, Failure> {
+        // A model that does not exist is told before an orchard has been grown for it.
+        self.model.as_deref().map(models::find).transpose()?;
+        self.optics.load(&self.name)
     }
 
     /// The scanner model: the one asked for, or the rig's; one that speaks CoLa.

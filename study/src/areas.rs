@@ -19,6 +19,7 @@ pub use report::{AreasReport, report};
 
 use super::{Nursery, Study, UnitError, fingerprint};
 use crate::archive::Depends;
+use crate::notes::RowNotes;
 use crate::trial::Trial;
 use rowscan_emulator::stage::Stage;
 
@@ -146,7 +147,7 @@ impl Study for AreasStudy {
         Some(scans.and("clearance_m", clearance_m).and("whole_orchard", whole_orchard))
     }
 
-    fn unit(&self, index: usize, _nursery: &Nursery) -> Result<Orchard, UnitError> {
+    fn unit(&self, index: usize, _nursery: &Nursery, _notes: &mut RowNotes) -> Result<Orchard, UnitError> {
         let stage = Stage::grow(self.scene_of(index), &|_, _| {})?;
         let first_row_m2 = stage.orchard.truth().leaf_area_m2;
         let sample = drive_past(&stage, first_row_m2)?;

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::archive::{Archive, Depends};
 use crate::eye::placed;
 use crate::name::{self, Name};
+use crate::notes::RowNotes;
 use crate::reading::{CalibrationChoice, Reading, rig_with};
 use crate::trial::{StartUpRequests, TrialError, each_scan};
 use crate::{median, rms};
@@ -176,8 +177,9 @@ pub fn try_clumping(
                 let pass = Depends::on_pass(&scene, model.name());
                 Some(pass.and("lai", lai).and("distance_m", distance_m))
             };
-            let row =
-                archive.row("clumping", depends, || row(scene.clone(), *model, *lai, *distance_m, *seed));
+            let row = archive.row("clumping", depends, |notes| {
+                row(scene.clone(), *model, *lai, *distance_m, *seed, notes)
+            });
             done();
             row
         })
@@ -200,6 +202,7 @@ fn row(
     lai: f64,
     distance_m: f64,
     seed: u64,
+    notes: &mut RowNotes,
 ) -> Result<Option<ClumpingRow>, TrialError> {
     let name = scene.orchard.preset.to_string();
     let grown = Stage::grow(scene.clone(), &|_, _| {})?;
@@ -214,6 +217,7 @@ fn row(
         Ok(pipeline.finish())
     };
     let (rays, eye) = (pass(Stages::default())?, pass(Stages::device())?);
+    [&rays, &eye].into_iter().for_each(|estimate| notes.add(estimate));
     let raw = |estimate: &Estimate| estimate.leaf.areas.contact_raw_m2().ok().filter(|m2| *m2 > 0.0);
     let clumping = eye.contact.and_then(|contact| contact.clumping);
     let told = raw(&rays).zip(raw(&eye)).zip(clumping);

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::appraisal::Appraisal;
 use crate::archive::{Archive, Depends};
 use crate::fine_scan::fine_scan;
+use crate::notes::RowNotes;
 use crate::reading::ReadingError;
 use crate::trial::{Trial, TrialError};
 use rowscan_emulator::stage::Stage;
@@ -90,8 +91,9 @@ pub fn compare(
         .map(|&seed| {
             let scene = Scene { seed, ..scene.clone() };
             let depends = || Some(Depends::on_pass(&scene, model.name()).and("calibration", &calibration));
-            let row = archive
-                .row("estimators", depends, || Row::try_one(scene.clone(), model, calibration.cloned()));
+            let row = archive.row("estimators", depends, |notes| {
+                Row::try_one(scene.clone(), model, calibration.cloned(), notes)
+            });
             done();
             row
         })
@@ -100,10 +102,16 @@ pub fn compare(
 }
 
 impl Row {
-    fn try_one(scene: Scene, model: AnyModel, calibration: Option<Calibration>) -> Result<Self, TrialError> {
+    fn try_one(
+        scene: Scene,
+        model: AnyModel,
+        calibration: Option<Calibration>,
+        notes: &mut RowNotes,
+    ) -> Result<Self, TrialError> {
         let stage = Stage::grow(scene, &|_, _| {})?;
         let all: Vec<_> = TABLE.iter().collect();
         let trial = Trial::drive_past(&stage, model, calibration, &all)?;
+        notes.add(&trial.estimate);
         let mount = stage.rig.scanners.first().cloned().unwrap_or_default();
         let appraisal = Appraisal::of(&stage.orchard, &mount, stage.rig.ground_clearance_m)
             .with_finer_scan(finer_scan(&stage).map_err(ReadingError::from)?);

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::archive::Depends;
 use crate::calibrations;
 use crate::classes::Classes;
+use crate::notes::{ALWAYS, RowNotes};
 use crate::wilson::wilson;
 use crate::{Header, Nursery, Study, Unit, UnitError, fingerprint, rms};
 
@@ -41,8 +42,6 @@ pub struct CoverageRow {
     pub warnings: Vec<String>,
 }
 
-/// Warnings that say what every simulated row has: they warn of no error.
-const ALWAYS: [&str; 1] = ["remission_assumed"];
 /// A row without a warning is silently wrong where its error is above so much of the truth,
 const SILENT_ERROR: f64 = 0.25;
 /// or above so many half widths of its interval.
@@ -95,7 +94,7 @@ impl Study for CoverageStudy {
         class.scene_of(&self.classes.files, self.seed(index)).ok()
     }
 
-    fn unit(&self, index: usize, nursery: &Nursery) -> Result<CoverageRow, UnitError> {
+    fn unit(&self, index: usize, nursery: &Nursery, notes: &mut RowNotes) -> Result<CoverageRow, UnitError> {
         let Some(class) = self.classes.classes.get(index / self.rows.max(1)) else {
             return Err(UnitError::Class { name: index.to_string(), why: "there is none".to_owned() });
         };
@@ -106,6 +105,7 @@ impl Study for CoverageStudy {
                 .ok()
                 .flatten()
         })?;
+        notes.add(&trial.estimate);
         Ok(CoverageRow {
             seed,
             truth_m2: trial.truth.leaf_area_m2,

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::archive::{Archive, Depends};
 use crate::class::row_class;
+use crate::notes::RowNotes;
 use crate::nursery::{self, Nursery};
 use crate::reading::{ReadingError, rig_with};
 use crate::trial::{ByHitsAndShares, TrialError, each_scan};
@@ -145,7 +146,7 @@ pub fn through_the_eye(
     };
     let rows: Vec<Vec<Ratio>> = nursery::each(&passes, scene_of, |((_, model, _), _), scene, nursery| {
         let depends = || Some(Depends::on_pass(&scene, model.name()));
-        let row = archive.row("eye", depends, || row(scene.clone(), *model, nursery));
+        let row = archive.row("eye", depends, |notes| row(scene.clone(), *model, nursery, notes));
         done();
         row
     })?;
@@ -177,7 +178,12 @@ pub(crate) fn placed(scene: &Scene, model: AnyModel, distance_m: f64, seed: u64)
     scene
 }
 
-fn row(scene: Scene, model: AnyModel, nursery: &Nursery) -> Result<Vec<Ratio>, TrialError> {
+fn row(
+    scene: Scene,
+    model: AnyModel,
+    nursery: &Nursery,
+    notes: &mut RowNotes,
+) -> Result<Vec<Ratio>, TrialError> {
     let set = nursery.grow(scene)?;
     let truth = set.orchard.truth();
     let rig = rig_with(&set.rig, 0, model.name());
@@ -199,6 +205,7 @@ fn row(scene: Scene, model: AnyModel, nursery: &Nursery) -> Result<Vec<Ratio>, T
         after: corrected.finish(),
         shares: shares.map(|mut shares| shares.finish()),
     };
+    notes.add(&seen.after);
     let truth_m2 = truth.leaf_area_m2;
     let ratio = |way| {
         let (value_m2, ends_m2) = value(way, &seen);

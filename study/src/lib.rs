@@ -26,6 +26,7 @@ pub mod foliage;
 pub mod height_truth;
 pub mod journal;
 mod name;
+pub mod notes;
 mod nursery;
 pub mod physics;
 pub mod pieces;
@@ -47,6 +48,7 @@ pub mod transfer;
 pub mod trial;
 mod wilson;
 
+use notes::RowNotes;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
@@ -93,8 +95,8 @@ pub trait Study: Clone + PartialEq + Serialize + DeserializeOwned + Sync {
         None
     }
 
-    /// Does one unit, on trees from the nursery where [`grown`](Self::grown) names them.
-    fn unit(&self, index: usize, nursery: &Nursery) -> Result<Self::Result, UnitError>;
+    /// Does one unit, on trees from the nursery where [`grown`](Self::grown) names them, and notes what its estimates say of themselves.
+    fn unit(&self, index: usize, nursery: &Nursery, notes: &mut RowNotes) -> Result<Self::Result, UnitError>;
 }
 
 /// A unit with its result.
@@ -225,7 +227,7 @@ pub fn run<S: Study>(
     let units = Mutex::new(done);
     on_all_cores(&open, &|index| {
         let result = archive
-            .row(S::NAME, || study.depends(index), || study.unit(index, &nursery))
+            .row(S::NAME, || study.depends(index), |notes| study.unit(index, &nursery, notes))
             .map_err(|cause| RunError::Unit { index, cause })?;
         let unit = Unit { index, result };
         keep(&unit).map_err(|cause| RunError::Keep { index, cause })?;

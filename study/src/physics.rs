@@ -167,7 +167,7 @@ pub fn physics(
         .map(|(model, distance_m, seed)| {
             let scene = placed(&asked.scene, *model, *distance_m, *seed);
             let depends = || Some(Depends::on_pass(&scene, model.name()));
-            let row = archive.row("physics", depends, || TriedRow::of(scene.clone(), *model));
+            let row = archive.row("physics", depends, |_| TriedRow::of(scene.clone(), *model));
             done();
             row
         })

@@ -14,6 +14,7 @@ use crate::class::row_class;
 use crate::eye::placed;
 use crate::height_truth::TruthByBand;
 use crate::name::{self, Name};
+use crate::notes::RowNotes;
 use crate::nursery::Nursery;
 use crate::reading::{ReadingError, rig_with};
 use crate::trial::{ByHitsAndShares, TrialError, each_scan};
@@ -65,6 +66,8 @@ pub struct PiecesFound {
     /// How.
     #[serde(flatten)]
     pub way: Way,
+    /// The scenes that they stand in, with a plus between them.
+    pub scenes: String,
     /// The scanner.
     pub model: &'static str,
     /// From the mirror to the row plane, metres.
@@ -120,6 +123,7 @@ pub fn try_pieces(
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<PiecesFound>, TrialError> {
     let (mut found, nursery) = (Vec::new(), Nursery::default());
+    let scenes = asked.scenes.iter().map(|scene| scene.name.as_str()).collect::<Vec<_>>().join("+");
     for (model, distance_m) in places(asked) {
         let passes: Vec<(&Scene, u64, bool)> = asked
             .scenes
@@ -133,7 +137,8 @@ pub fn try_pieces(
                 let mut scene = placed(scene, model, distance_m, seed);
                 scene.optics.stages = if eye { Stages::device() } else { Stages::default() };
                 let depends = || Some(Depends::on_pass(&scene, model.name()).and("band_m", &asked.band_m));
-                let look = || pass(scene.clone(), (model, eye), asked.band_m, &nursery);
+                let look =
+                    |notes: &mut RowNotes| pass(scene.clone(), (model, eye), asked.band_m, &nursery, notes);
                 let rows = archive.row("pieces", depends, look);
                 done();
                 rows
@@ -142,7 +147,7 @@ pub fn try_pieces(
         let rows: Vec<RowPieces> = rows.into_iter().flatten().collect();
         for way in WAYS {
             let of_way: Vec<&RowPieces> = rows.iter().filter(|row| row.way == way).collect();
-            found.extend(summed_up(way, model.name(), distance_m, &of_way));
+            found.extend(summed_up(way, (&scenes, model.name(), distance_m), &of_way));
         }
     }
     Ok(found)
@@ -162,6 +167,7 @@ fn pass(
     (model, eye): (AnyModel, bool),
     band_m: f64,
     nursery: &Nursery,
+    notes: &mut RowNotes,
 ) -> Result<Vec<RowPieces>, TrialError> {
     let set = nursery.grow(scene)?;
     let rig = rig_with(&set.rig, 0, model.name());
@@ -184,6 +190,7 @@ fn pass(
     Ok(pipelines
         .into_iter()
         .map(|(count, mut pipeline)| (count, pipeline.finish()))
+        .inspect(|(_, estimate)| notes.add(estimate))
         // A row whose shares contact does not bear out goes by contact: it tells nothing of shares.
         .filter(|(count, estimate)| (*count == "share") == estimate.leaf.areas.share_m2().is_ok())
         .map(|(count, estimate)| RowPieces {
@@ -276,7 +283,10 @@ fn joined(metres: &[Pair]) -> Pair {
     }
 }
 
-fn summed_up(way: Way, model: &'static str, distance_m: f64, rows: &[&RowPieces]) -> Vec<PiecesFound> {
+/// The scenes, the scanner, and how far it is from the row plane, metres.
+type Place<'a> = (&'a str, &'static str, f64);
+
+fn summed_up(way: Way, place: Place<'_>, rows: &[&RowPieces]) -> Vec<PiecesFound> {
     let names: Vec<&String> =
         rows.first().map_or_else(Vec::new, |row| row.kinds.iter().map(|kind| &kind.0).collect());
     names
@@ -287,15 +297,14 @@ fn summed_up(way: Way, model: &'static str, distance_m: f64, rows: &[&RowPieces]
                 .filter_map(|row| row.kinds.iter().find(|kind| kind.0 == *name))
                 .map(|kind| kind.2.as_slice())
                 .collect();
-            kind_summed_up(way, model, distance_m, name, &of_kind)
+            kind_summed_up(way, place, name, &of_kind)
         })
         .collect()
 }
 
 fn kind_summed_up(
     way: Way,
-    model: &'static str,
-    distance_m: f64,
+    (scenes, model, distance_m): Place<'_>,
     piece: &str,
     rows: &[&[Pair]],
 ) -> Option<PiecesFound> {
@@ -338,6 +347,7 @@ fn kind_summed_up(
     };
     Some(PiecesFound {
         way,
+        scenes: scenes.to_owned(),
         model,
         distance_m,
         piece: piece.to_owned(),
@@ -396,7 +406,7 @@ mod tests {
     fn a_rows_own_error_is_none_of_its_pieces() {
         // Every metre 20 % high: pieces are right beside their row, and wrong by the row's error.
         let row: Vec<Pair> = [4.0, 5.0, 6.0, 5.0].map(|truth_m2| metre(1.2 * truth_m2, truth_m2)).to_vec();
-        let found = kind_summed_up(WAYS[1], "lms111", 2.0, "1 m", &[&row]).expect("pieces");
+        let found = kind_summed_up(WAYS[1], ("spindle", "lms111", 2.0), "1 m", &[&row]).expect("pieces");
         assert!(found.error_sd < 1e-12 && (found.r.expect("a correlation") - 1.0).abs() < 1e-12, "{found:?}");
         let truths: f64 = (0.04 * 2.0 / 4.0f64).sqrt();
         assert!((found.truth_sd - truths).abs() < 1e-12 && found.reliability == 1.0, "{found:?}");
@@ -415,7 +425,7 @@ mod tests {
                 let (two, row) =
                     ([metre(4.0, 4.5), metre(5.0, 6.0), metre(6.5, 5.0), metre(4.0, 4.0)], of(count));
                 let both = [row, two.to_vec()].concat();
-                kind_summed_up(WAYS[0], "lms111", 1.0, &format!("{count} m"), &[&both])
+                kind_summed_up(WAYS[0], ("spindle", "lms111", 1.0), &format!("{count} m"), &[&both])
             })
             .collect();
         let text = table(&found, "# made here\n");

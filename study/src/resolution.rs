@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Header, Nursery, Study, Unit, UnitError, fingerprint};
 use crate::archive::Depends;
+use crate::notes::RowNotes;
 use rowscan_protocol::random::Stream;
 
 /// The advance every other is held against, millimetres: the paper's.
@@ -122,7 +123,12 @@ impl Study for ResolutionStudy {
         Some(Depends::on_scene(&one.scene).and("settings", &one))
     }
 
-    fn unit(&self, index: usize, _nursery: &Nursery) -> Result<ResolutionUnit, UnitError> {
+    fn unit(
+        &self,
+        index: usize,
+        _nursery: &Nursery,
+        _notes: &mut RowNotes,
+    ) -> Result<ResolutionUnit, UnitError> {
         let seed = fingerprint::seed(Self::NAME, self.scene.seed, index);
         let mut parameters = self.scene.orchard.clone();
         parameters.tree_spacing_m = Some(self.tree_spacing_m);

@@ -16,6 +16,7 @@ use crate::archive::{Archive, Depends};
 use crate::class::row_class;
 use crate::eye::placed;
 use crate::moments;
+use crate::notes::RowNotes;
 use crate::pieces::{Pair, TruthBySlab, trees};
 use crate::reading::rig_with;
 use crate::rms;
@@ -80,7 +81,7 @@ impl SeenFrom {
 /// Rows scanned one way, over all seeds of a scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct SidesFound {
-    /// The scene's preset.
+    /// The scene.
     pub scene: String,
     /// The scanner.
     pub model: &'static str,
@@ -143,14 +144,14 @@ pub fn try_sides(
                         let mut scene = placed(scene, *model, asked.distance_m, *seed);
                         scene.optics.stages = if eye { Stages::device() } else { Stages::default() };
                         let depends = || Some(Depends::on_pass(&scene, model.name()));
-                        let row = archive.row("sides", depends, || row(scene.clone(), *model));
+                        let row = archive.row("sides", depends, |notes| row(scene.clone(), *model, notes));
                         (0..PASSES_A_ROW).for_each(|_| done());
                         row
                     })
                     .collect::<Result<_, _>>()?;
                 let rows: Vec<[RowFound; 4]> = rows.into_iter().flatten().collect();
                 let beams = if eye { "eye" } else { "rays" };
-                let name = scene.orchard.preset.to_string();
+                let name = scene.name.clone();
                 let ways = WAYS.iter().enumerate();
                 found.extend(ways.filter_map(|(way, from)| {
                     let of_way: Vec<&RowFound> = rows.iter().filter_map(|row| row.get(way)).collect();
@@ -174,7 +175,7 @@ fn from_other_alley(mut scene: Scene) -> Scene {
 }
 
 /// None where an estimate is withheld.
-fn row(scene: Scene, model: AnyModel) -> Result<Option<[RowFound; 4]>, SidesError> {
+fn row(scene: Scene, model: AnyModel, notes: &mut RowNotes) -> Result<Option<[RowFound; 4]>, SidesError> {
     let near = Stage::grow(scene.clone(), &|_, _| {}).map_err(TrialError::from)?;
     let far = near.beside(from_other_alley(scene));
     let pipeline = |stage: &Stage| -> Result<_, TrialError> {
@@ -211,6 +212,7 @@ fn row(scene: Scene, model: AnyModel) -> Result<Option<[RowFound; 4]>, SidesErro
         })
     };
     let estimates = [one.finish(), from_other, both.finish()];
+    estimates.iter().for_each(|estimate| notes.add(estimate));
     let [Some(one), Some(other), Some(both)] = estimates.each_ref().map(found) else { return Ok(None) };
     let mean = mean_of(&one, &other);
     Ok(Some([one, other, both, mean]))

@@ -20,6 +20,7 @@ use rowscan_emulator::stage::{Stage, StageError};
 
 use crate::archive::{Archive, Depends};
 use crate::class::row_class;
+use crate::notes::RowNotes;
 use crate::reading::{CalibrationChoice, Reading, ReadingError, reading_remission, rig_with};
 
 /// What came out of one row.
@@ -127,8 +128,11 @@ where
         .par_iter()
         .map(|scene| {
             let depends = || Some(Depends::on_pass(scene, model.name()).and("calibration", &calibration));
-            let work =
-                || Trial::run(scene.clone(), model, calibration.cloned()).map(|trial| (wanted.take)(&trial));
+            let work = |notes: &mut RowNotes| {
+                let trial = Trial::run(scene.clone(), model, calibration.cloned())?;
+                notes.add(&trial.estimate);
+                Ok((wanted.take)(&trial))
+            };
             let row = archive.row(wanted.name, depends, work);
             done();
             row

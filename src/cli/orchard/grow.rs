@@ -40,7 +40,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         files::write_text(orchard, prefix, TreeColumn::LeftOut)?;
     }
     let grown = Grown {
-        scene: args.scene.name,
+        scene: args.scene.name.clone(),
         seed: stage.scene.seed,
         trees: orchard.standing().len(),
         leaves: orchard.count(|tree| tree.leaves.len()),

@@ -8,16 +8,17 @@ use super::keep::KeepArgs;
 use super::rows::{Rows, Seeds, tries};
 use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, say, share};
-use crate::cli::scene::SceneArgs;
+use crate::cli::scene::RowSceneArgs;
 use crate::cli::{Failure, Format, Outcome};
 use rowscan_study::calibrations;
 use rowscan_study::foliage::LaiRange;
+use rowscan_study::notes;
 use rowscan_study::trial::Trial;
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {
     #[command(flatten)]
-    scene: SceneArgs,
+    scene: RowSceneArgs,
     /// Seeds of the rows, first..last
     #[arg(long, value_name = "A..B", default_value = "1..20")]
     seeds: Seeds,
@@ -47,6 +48,10 @@ struct AccuracyRow {
     contact_error: Option<f64>,
     contact_raw_error: Option<f64>,
     null_error: Option<f64>,
+    /// Why leaf areas are withheld, as a code; null where they are told.
+    withheld: Option<String>,
+    /// Codes of the estimate's warnings, with blanks between them.
+    warnings: String,
 }
 
 impl From<&Trial> for AccuracyRow {
@@ -64,6 +69,8 @@ impl From<&Trial> for AccuracyRow {
             contact_error: error(estimate.leaf.areas.contact_m2().ok()),
             contact_raw_error: error(estimate.leaf.areas.contact_raw_m2().ok()),
             null_error: error(estimate.leaf.null_m2),
+            withheld: notes::withheld(estimate).map(str::to_owned),
+            warnings: notes::warnings(estimate).join(" "),
         }
     }
 }
@@ -189,23 +196,32 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 
 fn table(rows: &[AccuracyRow]) -> String {
     let mut grid = Grid::new();
-    output::head(
-        &mut grid,
-        [
-            "seed",
-            "leaf area m²",
-            "LAI",
-            "I_T m²",
-            "by I_T",
-            "error",
-            "by contact",
-            "error",
-            "raw error",
-            "null error",
-        ],
-    );
+    let notes = |row: &AccuracyRow| {
+        let codes = row.withheld.iter().map(String::as_str).chain(row.warnings.split(' '));
+        let mut told: Vec<&str> = Vec::new();
+        codes.filter(|code| !code.is_empty()).for_each(|code| {
+            if !told.contains(&code) {
+                told.push(code);
+            }
+        });
+        told.join(", ")
+    };
+    let is_noted = rows.iter().any(|row| !notes(row).is_empty());
+    let heads = [
+        "seed",
+        "leaf area m²",
+        "LAI",
+        "I_T m²",
+        "by I_T",
+        "error",
+        "by contact",
+        "error",
+        "raw error",
+        "null error",
+    ];
+    output::head(&mut grid, heads.into_iter().chain(is_noted.then_some("warnings")));
     for row in rows {
-        grid.add_row([
+        let cells = [
             Cell::new(row.seed),
             number(Some(row.leaf_area_m2), 2),
             number(row.lai, 2),
@@ -216,7 +232,8 @@ fn table(rows: &[AccuracyRow]) -> String {
             percent(row.contact_error),
             percent(row.contact_raw_error),
             percent(row.null_error),
-        ]);
+        ];
+        grid.add_row(cells.into_iter().chain(is_noted.then(|| Cell::new(notes(row)))));
     }
     format!("{grid}\n")
 }

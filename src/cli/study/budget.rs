@@ -7,14 +7,14 @@ use super::rows::Seeds;
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, share};
-use crate::cli::scene::SceneArgs;
+use crate::cli::scene::RowSceneArgs;
 use crate::cli::{Failure, Format, Outcome, progress};
 use rowscan_study::budget::{BudgetReport, TermSummary, budgets, report};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {
     #[command(flatten)]
-    scene: SceneArgs,
+    scene: RowSceneArgs,
     /// Seeds of the rows, first..last
     #[arg(long, value_name = "A..B", default_value = "1..10")]
     seeds: Seeds,

@@ -20,13 +20,13 @@ use serde::{Deserialize, Serialize};
 use super::keep::KeepArgs;
 use super::rows::{Rows, Seeds, tries};
 use crate::cli::output::{self, say};
-use crate::cli::scene::SceneArgs;
+use crate::cli::scene::RowSceneArgs;
 use crate::cli::{Failure, Outcome};
 
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Args {
     #[command(flatten)]
-    scene: SceneArgs,
+    scene: RowSceneArgs,
     /// Seeds of the rows, first..last
     #[arg(long, value_name = "A..B", default_value = "1001..1060")]
     seeds: Seeds,

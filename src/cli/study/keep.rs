@@ -37,10 +37,14 @@ impl KeepArgs {
 }
 
 impl KeptRows {
-    /// Says how many rows were there and how many were done.
+    /// Says what the estimates of the rows withhold and warn of, and how many rows were there and how many were done.
     pub(super) fn tell(&self) {
-        let Some(folder) = &self.folder else { return };
         let tally = self.archive.tally();
+        let notes = tally.notes.to_string();
+        if !notes.is_empty() {
+            say(notes);
+        }
+        let Some(folder) = &self.folder else { return };
         if let Some(first) = &tally.first_spoilt {
             say(format_args!(
                 "kept rows that could not be used, done anew: {}, the first: {first}",

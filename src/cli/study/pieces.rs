@@ -118,8 +118,9 @@ fn listed(found: &[PiecesFound]) -> String {
         grid
     };
     let (pieces, bands) = (table(false), table(true));
+    let scenes = found.first().map_or("", |row| row.scenes.as_str()).replace('+', " and ");
     format!(
-        "{pieces}\nerror, true: standard deviation over the row's mean; RMSE: of the leaf area, raw and drawn toward the row's mean;\nholds: share of the intervals that hold the truth\n\n{bands}\nbands of height that hold leaf: all over the mean band; median: of the error over the band's own truth\n"
+        "{pieces}\nof {scenes}; error, true: standard deviation over the row's mean; RMSE: of the leaf area, raw and drawn toward the row's mean;\nholds: share of the intervals that hold the truth\n\n{bands}\nbands of height that hold leaf: all over the mean band; median: of the error over the band's own truth\n"
     )
 }
 

@@ -1,4 +1,4 @@
-//! The file of one row: four lines. What it is, what the row depends on, the fingerprint of the row, the row; each but the second of little length.
+//! The file of one row: four lines. What it is, what the row depends on, the fingerprint of the row, the row with its notes; each but the second of little length.
 
 use std::io;
 
@@ -10,7 +10,7 @@ use super::Depends;
 use crate::fingerprint;
 
 /// The first line.
-const FORMAT: &str = "rowscan row 1";
+const FORMAT: &str = "rowscan row 2";
 
 /// The second line.
 pub(super) fn key(study: &str, build: &str, depends: Depends) -> String {

@@ -21,6 +21,8 @@ pub use folder::MOST_BYTES;
 
 use folder::{Folder, Found};
 
+use crate::notes::RowNotes;
+
 /// A folder that could not be used to keep rows in.
 #[derive(Debug, thiserror::Error)]
 #[error("{folder}: rows cannot be kept there: {cause}")]
@@ -56,6 +58,8 @@ pub struct Tally {
     pub lost: usize,
     /// Why not the first of them.
     pub first_lost: Option<String>,
+    /// What the estimates of all rows say of themselves.
+    pub notes: RowNotes,
 }
 
 impl Archive {
@@ -81,7 +85,7 @@ impl Archive {
     }
 
     /// The row of a study that depends on `depends`: the kept one, or else what `work` gives, which is kept then. A row that depends on something unknown is
-    /// done and not kept.
+    /// done and not kept. `work` notes what its estimates say of themselves; the notes are kept with the row, and those of all rows are in the [`Tally`].
     ///
     /// # Errors
     /// Those of `work`: they are not kept.
@@ -89,8 +93,25 @@ impl Archive {
         &self,
         study: &str,
         depends: impl Fn() -> Option<Depends>,
-        work: impl FnOnce() -> Result<T, E>,
+        work: impl FnOnce(&mut RowNotes) -> Result<T, E>,
     ) -> Result<T, E>
+    where
+        T: Serialize + DeserializeOwned + PartialEq,
+    {
+        let (row, notes) = self.noted(study, depends, || {
+            let mut notes = RowNotes::default();
+            Ok((work(&mut notes)?, notes))
+        })?;
+        self.note(|tally| tally.notes += &notes);
+        Ok(row)
+    }
+
+    fn noted<T, E>(
+        &self,
+        study: &str,
+        depends: impl Fn() -> Option<Depends>,
+        work: impl FnOnce() -> Result<(T, RowNotes), E>,
+    ) -> Result<(T, RowNotes), E>
     where
         T: Serialize + DeserializeOwned + PartialEq,
     {

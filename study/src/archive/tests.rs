@@ -17,7 +17,7 @@ fn is_done(archive: &Archive, study: &str, depends: &Depends) -> bool {
     let row = archive.row(
         study,
         || Some(depends.clone()),
-        || {
+        |_| {
             done.set(true);
             Ok::<_, ()>(vec![Some(0.1), None, Some(-0.0)])
         },
@@ -100,7 +100,7 @@ fn a_calibration_counts_by_its_content_and_not_by_its_name() {
     let row = unsure.row(
         "x",
         || Some(depends()),
-        || {
+        |_| {
             put(&file, text.as_bytes());
             Ok::<_, ()>(1)
         },
@@ -150,14 +150,14 @@ fn a_row_that_no_file_holds_and_a_failure_are_not_kept() {
     let depends = || Some(Depends::on_scene(&spindle()));
     let own = archive(folder.path(), "1");
     for (n, value) in [Some(f64::NAN), Some(f64::INFINITY)].into_iter().enumerate() {
-        let row: Result<Option<f64>, ()> = own.row("x", depends, || Ok(value));
+        let row: Result<Option<f64>, ()> = own.row("x", depends, |_| Ok(value));
         assert!(row.is_ok_and(|row| row.is_some_and(|row| !row.is_finite())));
         assert_eq!((own.tally().found, own.tally().lost), (0, n + 1));
     }
-    assert_eq!(own.row("x", depends, || Err::<f64, _>("failed")), Err("failed"));
-    assert_eq!(own.row("x", || None, || Ok::<_, ()>(1.0)), Ok(1.0));
+    assert_eq!(own.row("x", depends, |_| Err::<f64, _>("failed")), Err("failed"));
+    assert_eq!(own.row("x", || None, |_| Ok::<_, ()>(1.0)), Ok(1.0));
     assert_eq!(folder.path().read_dir().expect("a folder").count(), 0);
-    assert_eq!(Archive::none().row("x", depends, || Ok::<_, ()>(1.0)), Ok(1.0));
+    assert_eq!(Archive::none().row("x", depends, |_| Ok::<_, ()>(1.0)), Ok(1.0));
 }
 
 #[test]
@@ -191,4 +191,29 @@ fn the_oldest_rows_make_room_and_other_files_are_left_alone() {
     let tiny = Archive::open(&folder.path().join("tiny"), "1".to_owned(), one / 2).expect("a folder");
     assert!(is_done(&tiny, "x", &depends(1)) && is_done(&tiny, "x", &depends(1)));
     assert_eq!(tiny.tally().lost, 2);
+}
+
+#[test]
+fn what_estimates_say_of_themselves_is_told_of_kept_rows_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let told = |archive: &Archive| {
+        for seed in 1..=3u64 {
+            let depends = Depends::on_scene(&rowscan_scenes::Scene { seed, ..spindle() });
+            let row = archive.row(
+                "x",
+                || Some(depends.clone()),
+                |notes| {
+                    notes.estimates += 1;
+                    *notes.withheld.entry("mostly_wood".to_owned()).or_default() += seed % 2;
+                    Ok::<_, ()>(seed)
+                },
+            );
+            assert_eq!(row, Ok(seed));
+        }
+        archive.tally()
+    };
+    let (first, again) = (told(&archive(folder.path(), "1")), told(&archive(folder.path(), "1")));
+    assert_eq!((first.done, again.found), (3, 3));
+    assert_eq!(first.notes.to_string(), "of 3 estimates, withheld: mostly_wood 2");
+    assert_eq!([&again.notes, &told(&Archive::none()).notes], [&first.notes; 2]);
 }

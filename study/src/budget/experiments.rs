@@ -15,6 +15,7 @@ use super::scattered::scattered;
 use crate::appraisal::Appraisal;
 use crate::calibrations;
 use crate::fine_scan::fine_scan;
+use crate::notes::RowNotes;
 use crate::reading::{self, ReadingError, rig_with};
 use crate::trial::{Trial, TrialError};
 
@@ -27,7 +28,11 @@ fn asked() -> Vec<&'static EstimatorInfo> {
 }
 
 /// Every leaf area estimator's budget on one row.
-pub(super) fn row(scene: Scene, model: &'static Model) -> Result<Vec<Budget>, TrialError> {
+pub(super) fn row(
+    scene: Scene,
+    model: &'static Model,
+    notes: &mut RowNotes,
+) -> Result<Vec<Budget>, TrialError> {
     let stage = Stage::grow(scene, &|_, _| {})?;
     let rig = rig_with(&stage.rig, 0, model.name);
     let mount = rig.scanners.first().cloned().unwrap_or_default();
@@ -36,17 +41,17 @@ pub(super) fn row(scene: Scene, model: &'static Model) -> Result<Vec<Budget>, Tr
             .map_err(ReadingError::from)?,
         None => None,
     };
-    let appraisal = Appraisal::of(&stage.orchard, &mount, rig.ground_clearance_m);
+    let asked_for = [Quantity::LeafArea].into_iter();
+    let appraisal = Appraisal::of_quantities(&stage.orchard, &mount, rig.ground_clearance_m, asked_for);
     let start_m = rig.start_m;
     let whole = appraisal.stretch(start_m, start_m + stage.orchard.length_m());
     let truth_m2 = whole.value(Quantity::LeafArea, None).unwrap_or(0.0);
-    let index = |quantity| whole.value(quantity, None);
-    let projection = index(Quantity::TreeAreaIndex).zip(index(Quantity::Lai)).map(|(seen, all)| seen / all);
 
     let device = |stage: &Stage| -> Result<Estimate, TrialError> {
         Ok(Trial::drive_past(stage, model, calibration.clone(), &asked())?.estimate)
     };
     let as_is = device(&stage)?;
+    notes.add(&as_is);
     let mut rays = stage.scene.clone();
     rays.optics.stages = Stages::IDEAL;
     rays.rig.optics = None;
@@ -57,6 +62,7 @@ pub(super) fn row(scene: Scene, model: &'static Model) -> Result<Vec<Budget>, Tr
     };
     let bare = Stage::of_orchard(rays.clone(), leaves_of(&stage.orchard));
     let leafy = device(&bare)?;
+    let projection = projection_of_leaves(&bare, &mount, rig.ground_clearance_m);
 
     // From here on the estimator's own settings: rays, and no device.
     let rig = rig_with(&bare.rig, 0, model.name);
@@ -88,6 +94,16 @@ pub(super) fn row(scene: Scene, model: &'static Model) -> Result<Vec<Budget>, Tr
         Budget::of(estimator, seed, truth_m2, &chain)
     });
     Ok(budgets.collect())
+}
+
+/// The projection function of an orchard of leaves towards a scanner on this mount: what they face it with, of their area. None without a leaf.
+fn projection_of_leaves(leaves: &Stage, mount: &Mount, clearance_m: f64) -> Option<f64> {
+    let appraisal = Appraisal::of(&leaves.orchard, mount, clearance_m);
+    let start_m = leaves.rig.start_m;
+    let whole = appraisal.stretch(start_m, start_m + leaves.orchard.length_m());
+    let index = |quantity| whole.value(quantity, None);
+    let projection = index(Quantity::TreeAreaIndex)? / index(Quantity::Lai)?;
+    (0.01..=1.0).contains(&projection).then_some(projection)
 }
 
 /// What an estimator says of the row.
@@ -151,7 +167,7 @@ mod tests {
     }
 
     fn budgets(scene: Scene) -> Vec<Budget> {
-        row(scene, model::by_name("lms111").expect("known")).expect("it runs")
+        row(scene, model::by_name("lms111").expect("known"), &mut RowNotes::default()).expect("it runs")
     }
 
     fn term(budget: &Budget, term: Term) -> f64 {

@@ -118,7 +118,8 @@ pub fn budgets(
         .map(|&seed| {
             let scene = Scene { seed, ..scene.clone() };
             let depends = || Some(Depends::on_pass(&scene, model.name));
-            let budgets = archive.row("budget", depends, || experiments::row(scene.clone(), model));
+            let budgets =
+                archive.row("budget", depends, |notes| experiments::row(scene.clone(), model, notes));
             done();
             budgets
         })

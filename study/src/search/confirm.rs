@@ -11,6 +11,7 @@ use super::report::{LEAST_SEEDS, PointReport, SearchReport};
 use super::{SearchStudy, Tried};
 use crate::archive::Depends;
 use crate::areas::AreasStudy;
+use crate::notes::RowNotes;
 use crate::{Header, Nursery, Study, Unit, UnitError};
 use rowscan_canopy::reference::{PAPER, PaperRegression};
 
@@ -160,7 +161,7 @@ impl Study for ConfirmStudy {
         self.search.depends_of(point, seed)
     }
 
-    fn unit(&self, index: usize, _nursery: &Nursery) -> Result<Tried, UnitError> {
+    fn unit(&self, index: usize, _nursery: &Nursery, _notes: &mut RowNotes) -> Result<Tried, UnitError> {
         let nothing = Tried { orchards: Vec::new(), refused: Some("no such point".to_owned()) };
         Ok(self.case(index).map_or(nothing, |(point, seed)| self.search.tried(point, seed)))
     }

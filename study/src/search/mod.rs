@@ -11,6 +11,7 @@ mod confirm;
 mod file;
 mod report;
 
+use crate::notes::RowNotes;
 use rayon::prelude::*;
 use rowscan_scenes::Scene;
 use rowscan_scenes::files;
@@ -209,7 +210,7 @@ impl Study for SearchStudy {
         self.depends_of(point, seed)
     }
 
-    fn unit(&self, index: usize, _nursery: &Nursery) -> Result<Tried, UnitError> {
+    fn unit(&self, index: usize, _nursery: &Nursery, _notes: &mut RowNotes) -> Result<Tried, UnitError> {
         let (point, seed) = self.case(index);
         Ok(self.tried(point, seed))
     }

@@ -26,6 +26,7 @@ use super::{Nursery, Setting, Study, UnitError, fingerprint};
 use crate::appraisal::Appraisal;
 use crate::archive::Depends;
 use crate::calibrations;
+use crate::notes::RowNotes;
 use crate::trial::{Trial, TrialError};
 use rowscan_emulator::stage::Stage;
 
@@ -108,6 +109,7 @@ impl SweepStudy {
         scene: Scene,
         sprayer: Option<&SweptSprayer>,
         nursery: &Nursery,
+        notes: &mut RowNotes,
     ) -> Result<Vec<Option<f64>>, UnitError> {
         let rig = scene.resolved_rig();
         let mount = rig.scanners.first().cloned().unwrap_or_default();
@@ -125,6 +127,7 @@ impl SweepStudy {
         }
         let trial =
             Trial::drive_past(&stage, scanner, calibration(&stage), &outputs::estimators(&self.keep))?;
+        notes.add(&trial.estimate);
         let asked = self.keep.iter().filter_map(Output::true_quantity);
         let appraisal = Appraisal::of_quantities(&stage.orchard, &mount, rig.ground_clearance_m, asked);
         let truth = appraisal.stretch(rig.start_m, rig.start_m + trial.length_m);
@@ -178,7 +181,7 @@ impl Study for SweepStudy {
         self.scene_at(point, repeat).ok()
     }
 
-    fn unit(&self, index: usize, nursery: &Nursery) -> Result<Tried, UnitError> {
+    fn unit(&self, index: usize, nursery: &Nursery, notes: &mut RowNotes) -> Result<Tried, UnitError> {
         let (point, repeat) = self.case(index);
         let refused =
             |seed, why: String| Tried { seed, kept: vec![None; self.keep.len()], refused: Some(why) };
@@ -188,7 +191,7 @@ impl Study for SweepStudy {
             Err(why) => return Ok(refused(self.scene.seed, why)),
         };
         let seed = scene.seed;
-        match self.try_scene(scene, sprayer.as_ref(), nursery) {
+        match self.try_scene(scene, sprayer.as_ref(), nursery, notes) {
             Ok(kept) => Ok(Tried { seed, kept, refused: None }),
             // A combination that cannot be is a finding of the sweep, not its end.
             Err(

@@ -16,6 +16,7 @@ pub use report::{BetweenRow, Carried, LeftOut, TransferReport, report};
 
 use crate::archive::Depends;
 use crate::classes::Classes;
+use crate::notes::RowNotes;
 use crate::{Nursery, Study, UnitError, fingerprint};
 
 /// Rows of every class.
@@ -90,7 +91,7 @@ impl Study for TransferStudy {
         class.scene_of(&self.classes.files, self.seed(index)).ok()
     }
 
-    fn unit(&self, index: usize, nursery: &Nursery) -> Result<TransferRow, UnitError> {
+    fn unit(&self, index: usize, nursery: &Nursery, notes: &mut RowNotes) -> Result<TransferRow, UnitError> {
         let Some(class) = self.classes.classes.get(index / self.rows.max(1)) else {
             return Err(UnitError::Class { name: index.to_string(), why: "there is none".to_owned() });
         };
@@ -98,6 +99,7 @@ impl Study for TransferStudy {
         let asked: Vec<&'static EstimatorInfo> = DENSITIES.into_iter().filter_map(by_name).collect();
         let trial = class.drive_past(nursery, &self.classes.files, seed, &asked, |_| None)?;
         let estimate = &trial.estimate;
+        notes.add(estimate);
         Ok(TransferRow {
             seed,
             truth_m2: trial.truth.leaf_area_m2,
