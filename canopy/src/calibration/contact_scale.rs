@@ -22,7 +22,7 @@ pub struct ContactScale {
     /// The rows it was fitted on; `None` in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fitted: Option<FittedRows>,
-    /// Relative standard deviation of `k`, where it was fitted on so few pieces of a real orchard that it counts; `None` where it does not.
+    /// Relative standard deviation of `k`, where it was fitted on so few rows, or pieces of a real orchard, that it counts; `None` where it does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k_sd: Option<f64>,
     /// What tells how close together leaves stand, for beams with a width.

@@ -26,7 +26,7 @@ pub struct Uncertainty {
     /// Of the wood that rows of a class have more or less of than its mean, which the calibration takes out; `None` where it takes none out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wood: Option<f64>,
-    /// Of the factor of a calibration that was fitted on few pieces of a real orchard; `None` elsewhere.
+    /// Of the factor of a calibration that was fitted on few rows, or few pieces of a real orchard; `None` elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibration: Option<f64>,
     /// Of what shares of spots tell, where the leaf area is made of them: how leaves of an echo share its remission, and of a card the power that a full leaf
