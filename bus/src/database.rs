@@ -6,7 +6,7 @@ use can_dbc::{
     AttributeValue, AttributeValuedForObjectType, ByteOrder, DBC, MessageId, MultiplexIndicator,
     SignalExtendedValueType, ValueType,
 };
-use rowscan_strict_toml::suggestion;
+use rowscan_settings::suggestion;
 
 use crate::field::{Address, Bits, Field, Kind};
 use crate::frame::{CanId, J1939Id};

@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use rowscan_fault_table::datagrams::{DatagramFault, Fate};
 use rowscan_protocol::random::Stream;
+use rowscan_settings::fault_table::datagrams::{DatagramFault, Fate};
 
 /// Key of the random streams.
 const PURPOSE: u64 = 0xDA7A;

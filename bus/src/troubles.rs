@@ -5,9 +5,9 @@
 
 use std::time::Duration;
 
-use rowscan_fault_table::bus::BusFault;
 use rowscan_protocol::can::CanId;
 use rowscan_protocol::time::SimTime;
+use rowscan_settings::fault_table::bus::BusFault;
 
 use crate::error_frame::ErrorFrame;
 use crate::frame::J1939Id;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use rowscan_faults::{At, FAULTS, FaultSpec, Lasts, NOT_HERE, free_id};
-use rowscan_strict_toml::{Located, Table, TomlError, Value, suggestion};
+use rowscan_settings::{Located, Table, TomlError, Value, suggestion};
 
 /// Name of the fault that stops a child.
 pub(crate) const HOST_PAUSE: &str = "host_pause";

@@ -6,9 +6,9 @@ use std::time::Duration;
 use rowscan_bus::isobus::role::{ClientLog, Role, StepTold};
 use rowscan_bus::isobus::server::{News, TaskServer, Untold, What, Wishes};
 use rowscan_bus::isobus::trouble::TroubleDesk;
-use rowscan_fault_table::PartFault;
 use rowscan_faults::{Fit, Order, Part};
 use rowscan_protocol::time::SimTime;
+use rowscan_settings::fault_table::PartFault;
 use serde::Deserialize;
 
 /// What faults and `on` call it.
@@ -179,7 +179,7 @@ mod tests {
     use super::*;
 
     fn task(text: &str) -> Result<TaskSpec, String> {
-        let table = rowscan_strict_toml::from_toml(text).expect("a table");
+        let table = rowscan_settings::from_toml(text).expect("a table");
         TaskSpec::new(table)
     }
 

@@ -3,7 +3,7 @@
 use axum::body::Bytes;
 use axum::extract::{FromRequest, Request};
 use rowscan_faults::{FaultError, FaultSpec};
-use rowscan_strict_toml::Table;
+use rowscan_settings::Table;
 use serde::Deserialize;
 use serde_json::Value;
 

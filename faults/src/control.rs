@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use rowscan_strict_toml::suggestion;
+use rowscan_settings::suggestion;
 use serde::Serialize;
 use tokio::sync::mpsc;
 
@@ -368,7 +368,7 @@ fn on_streams<'a>(plan: &'a Plan, id: &str, spec: &FaultSpec) -> Result<Vec<(usi
 
 /// The parts that a fault of theirs acts on.
 fn on_parts<'a>(plan: &'a Plan, id: &str, spec: &FaultSpec) -> Result<Vec<(usize, &'a str)>, FaultError> {
-    let refuse = |error: rowscan_strict_toml::TomlError| FaultError::Parameters {
+    let refuse = |error: rowscan_settings::TomlError| FaultError::Parameters {
         id: id.to_owned(),
         message: error.message,
     };

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use rowscan_fault_table::{Family, Parameter, PartFault, Row, Settings};
 use rowscan_protocol::random::Stream;
-use rowscan_strict_toml::TomlError;
+use rowscan_settings::TomlError;
+use rowscan_settings::fault_table::{Family, Parameter, PartFault, Row, Settings};
 
 use crate::event::Direction;
 use crate::telegram::Regions;

@@ -66,7 +66,7 @@ pub use page::markdown;
 pub use part::{Fit, Order, Part};
 pub use plan::{Medium, Row};
 pub use relay::{Relayed, relay};
-pub use rowscan_fault_table::{Family, Form, Parameter, PartFault};
+pub use rowscan_settings::fault_table::{Family, Form, Parameter, PartFault};
 pub use spec::{COMMON, FaultSpec, read};
 pub use stream::FaultyStream;
 pub use telegram::Language;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use rowscan_fault_table::PartFault;
+use rowscan_settings::fault_table::PartFault;
 
 /// A fault that begins on a part.
 #[derive(Clone, Copy, Debug)]

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use rowscan_fault_table::{Settings, read_number, read_text, read_whole};
-use rowscan_strict_toml::{Located, Table, TomlError, Value, from_toml, suggestion};
+use rowscan_settings::fault_table::{Settings, read_number, read_text, read_whole};
+use rowscan_settings::{Located, Table, TomlError, Value, from_toml, suggestion};
 use serde::Deserialize;
 
 use crate::event::Direction;

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use rowscan_strict_toml::{Located, TomlError, suggestion};
+use rowscan_settings::{Located, TomlError, suggestion};
 
-use rowscan_fault_table::{read_number, read_text, read_whole};
+use rowscan_settings::fault_table::{read_number, read_text, read_whole};
 
 /// The moment a fault begins, or is over.
 #[derive(Clone, Debug, Default, PartialEq)]

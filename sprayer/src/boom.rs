@@ -1,7 +1,7 @@
 //! The boom: sides, sections, nozzles and their valves, as `boom.toml` describes them.
 
 use rowscan_protocol::rig::RowSide;
-use rowscan_strict_toml::{TomlError, from_toml};
+use rowscan_settings::{TomlError, from_toml};
 use serde::{Deserialize, Serialize};
 
 use crate::drops::Drops;

@@ -1,6 +1,6 @@
 //! A boom while it runs: it is told commands as they come, and tells what its sensors see. What it tells is what [`crate::Pass`] finds afterwards.
 
-use rowscan_fault_table::sprayer::SprayerFault;
+use rowscan_settings::fault_table::sprayer::SprayerFault;
 
 use crate::boom::Boom;
 use crate::commands::{Command, Target};

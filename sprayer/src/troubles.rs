@@ -2,7 +2,7 @@
 
 mod kept;
 
-use rowscan_fault_table::sprayer::{SprayerFault, StuckAt, Valves};
+use rowscan_settings::fault_table::sprayer::{SprayerFault, StuckAt, Valves};
 use serde::{Deserialize, Serialize};
 
 use crate::boom::{Boom, Nozzle};

@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use rowscan_fault_table::vehicle::DriveFault;
 use rowscan_protocol::time::SimTime;
+use rowscan_settings::fault_table::vehicle::DriveFault;
 
 use crate::encoder::Encoder;
 use crate::faults::{Counting, Report, Reporting, Swaying, VehicleFault};

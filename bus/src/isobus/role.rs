@@ -185,7 +185,7 @@ impl ControlFunction for Role {
 
 #[cfg(test)]
 mod tests {
-    use rowscan_fault_table::task_controller::TaskControllerFault;
+    use rowscan_settings::fault_table::task_controller::TaskControllerFault;
 
     use super::*;
     use crate::isobus::client::OnLoss;

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use rowscan_fault_table::task_controller::TaskControllerFault;
+use rowscan_settings::fault_table::task_controller::TaskControllerFault;
 
 /// What holds now. The same faults act on either role of ours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -68,7 +68,7 @@ fn spoil_checksums(text: &mut String) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rowscan_fault_table::vehicle::GnssFault;
+    use rowscan_settings::fault_table::vehicle::GnssFault;
     use rowscan_vehicle::VehicleFault;
     use rowscan_vehicle::gnss::Gnss;
     use rowscan_vehicle::trajectory::Trajectory;

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rowscan_strict_toml::suggestion;
+use rowscan_settings::suggestion;
 
 use super::{Expect, Scenario};
 use crate::fault::ScenarioFault;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use rowscan_protocol::device::{Profile, Start};
 use rowscan_protocol::lms2xx;
-use rowscan_strict_toml::{Table, suggestion};
+use rowscan_settings::{Table, suggestion};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::IgnoredAny;

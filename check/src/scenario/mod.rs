@@ -16,7 +16,7 @@ use rowscan_emulator::lockstep::Ack;
 use rowscan_protocol::device::{Profile, Start};
 use rowscan_protocol::lms2xx::{self, Rate};
 use rowscan_protocol::model::{AnyModel, Model};
-use rowscan_strict_toml::{TomlError, from_toml};
+use rowscan_settings::{TomlError, from_toml};
 
 pub use expect::{Bounds, Expect};
 use file::ScenarioFile;

@@ -181,7 +181,7 @@ impl Source {
         let known: Vec<&str> = known.collect();
         Err(format!(
             "`signal`: there is no bus, NMEA place or run `{place}`{}",
-            rowscan_strict_toml::suggestion(place, &known)
+            rowscan_settings::suggestion(place, &known)
         ))
     }
 
@@ -199,7 +199,7 @@ impl Source {
             ),
             known => format!(
                 "`equals`: no value is called \"{name}\"{}",
-                rowscan_strict_toml::suggestion(name, known)
+                rowscan_settings::suggestion(name, known)
             ),
         })
     }

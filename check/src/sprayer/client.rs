@@ -160,9 +160,9 @@ mod tests {
 
     use std::sync::Arc;
 
-    use rowscan_fault_table::PartFault;
-    use rowscan_fault_table::sprayer::{SprayerFault, Valves};
     use rowscan_faults::{Order, Part};
+    use rowscan_settings::fault_table::PartFault;
+    use rowscan_settings::fault_table::sprayer::{SprayerFault, Valves};
     use rowscan_vehicle::Tractor;
     use rowscan_vehicle::trajectory::Trajectory;
 

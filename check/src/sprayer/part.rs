@@ -4,8 +4,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rowscan_bus::isobus::trouble::TroubleDesk;
-use rowscan_fault_table::PartFault;
 use rowscan_faults::{Fit, Order, Part};
+use rowscan_settings::fault_table::PartFault;
 use rowscan_sprayer::troubles::refusal;
 use rowscan_sprayer::{Boom, Trouble, Troubles};
 
@@ -75,8 +75,8 @@ impl Part for SprayerPart {
 
 #[cfg(test)]
 mod tests {
-    use rowscan_fault_table::sprayer::{SprayerFault, Valves};
-    use rowscan_fault_table::task_controller::TaskControllerFault;
+    use rowscan_settings::fault_table::sprayer::{SprayerFault, Valves};
+    use rowscan_settings::fault_table::task_controller::TaskControllerFault;
 
     use super::*;
 

@@ -82,7 +82,7 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
         true => Ok(bus),
         false => Err(format!(
             "`sprayer.{key}`: there is no bus `{bus}`{}",
-            rowscan_strict_toml::suggestion(&bus, &known)
+            rowscan_settings::suggestion(&bus, &known)
         )),
     };
     if table.isobus.is_none() && (table.on_loss.is_some() || table.tank_l.is_some()) {
@@ -260,7 +260,7 @@ mod tests {
             std::fs::write(folder.path().join("boom.toml"), format!("version = 1\n{watchdog}\n{section}"))
                 .expect("written");
             let table: SprayerTable =
-                rowscan_strict_toml::from_toml(&format!("boom = \"boom.toml\"\n{keys} = \"can0\"\n"))
+                rowscan_settings::from_toml(&format!("boom = \"boom.toml\"\n{keys} = \"can0\"\n"))
                     .expect("a table");
             let ways = Ways { buses: vec![("can0", None)], nmea: Vec::new(), runs: Vec::new() };
             settled(table, folder.path(), &ways).map(|_| ())

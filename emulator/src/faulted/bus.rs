@@ -6,10 +6,10 @@ use std::time::Duration;
 use rowscan_bus::tractor::TractorEcu;
 use rowscan_bus::troubles::{Carried, Speaker, Troubles};
 use rowscan_bus::{CanFrame, Datagrams};
-use rowscan_fault_table::PartFault;
-use rowscan_fault_table::bus::BusFault;
 use rowscan_faults::{Fit, Order, Part};
 use rowscan_protocol::time::SimTime;
+use rowscan_settings::fault_table::PartFault;
+use rowscan_settings::fault_table::bus::BusFault;
 use tokio::sync::Notify;
 
 use super::orders::Orders;

@@ -5,17 +5,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use rowscan_bus::Datagrams;
-use rowscan_fault_table::PartFault;
-use rowscan_fault_table::clock::ClockFault;
-use rowscan_fault_table::device::{
-    Answer, Broken, DeviceFault, Dirt, Piece, Power, Refusal, RestFault, Stored,
-};
 use rowscan_faults::{Fit, Order, Part};
 use rowscan_protocol::device::{self, Device, LeftBehind, RefusedWith, Trouble};
 use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::Model;
 use rowscan_protocol::time::SimTime;
+use rowscan_settings::fault_table::PartFault;
+use rowscan_settings::fault_table::clock::ClockFault;
+use rowscan_settings::fault_table::device::{
+    Answer, Broken, DeviceFault, Dirt, Piece, Power, Refusal, RestFault, Stored,
+};
 use tokio::sync::Notify;
 
 use super::fits::{FaultyScanner, fits, lms2xx_rate};

@@ -1,10 +1,10 @@
 //! Which faults a scanner takes, by its model, and why it refuses the others.
 
-use rowscan_fault_table::PartFault;
-use rowscan_fault_table::device::{Broken, DeviceFault, Dirt, Piece, Stored};
 use rowscan_faults::Fit;
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{Model, SEGMENTED};
+use rowscan_settings::fault_table::PartFault;
+use rowscan_settings::fault_table::device::{Broken, DeviceFault, Dirt, Piece, Stored};
 
 /// The scanner that faults act on.
 #[derive(Clone, Copy, Debug)]
@@ -108,13 +108,13 @@ fn fits_lms2xx(fault: &DeviceFault) -> Fit {
 mod tests {
     use std::time::Duration;
 
-    use rowscan_fault_table::datagrams::{DatagramFault, Fate};
-    use rowscan_fault_table::device::RestFault;
     use rowscan_protocol::device::{Device, Identity, MeasuredEcho, MeasuredLine};
     use rowscan_protocol::model;
     use rowscan_protocol::scan::Scan;
     use rowscan_protocol::time::SimTime;
     use rowscan_protocol::validity::DeviceStatus;
+    use rowscan_settings::fault_table::datagrams::{DatagramFault, Fate};
+    use rowscan_settings::fault_table::device::RestFault;
     use tokio::sync::Notify;
 
     use super::*;

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use rowscan_bus::Datagrams;
-use rowscan_fault_table::PartFault;
 use rowscan_faults::{FaultControl, Fit, Order, Part};
 use rowscan_protocol::time::SimTime;
+use rowscan_settings::fault_table::PartFault;
 use rowscan_vehicle::{Tractor, VehicleFault};
 
 /// Which of the tractor's parts anyone can see.

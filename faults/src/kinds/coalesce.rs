@@ -6,7 +6,7 @@ use rowscan_protocol::random::Stream;
 
 use crate::event::Direction;
 use crate::fault::{Action, Fault, Layer, Make, OnTelegram, Skipped, Work};
-use rowscan_fault_table::{Form, Parameter};
+use rowscan_settings::fault_table::{Form, Parameter};
 
 pub(super) const FAULT: Fault = Fault {
     name: "coalesce",

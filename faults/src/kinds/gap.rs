@@ -1,6 +1,6 @@
 //! The gap between pieces of a telegram.
 
-use rowscan_fault_table::{Form, Parameter};
+use rowscan_settings::fault_table::{Form, Parameter};
 
 /// From one piece to the next.
 pub(super) const GAP_US: Parameter =

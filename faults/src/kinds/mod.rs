@@ -27,7 +27,7 @@ mod truncate;
 
 use std::sync::LazyLock;
 
-use rowscan_fault_table::ROWS;
+use rowscan_settings::fault_table::ROWS;
 
 use crate::fault::Fault;
 

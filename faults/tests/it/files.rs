@@ -1,7 +1,7 @@
 //! Files of faults: what is refused, where, and with which remedy.
 
 use rowscan_faults::{At, FAULTS, FaultSpec, Lasts, NOT_HERE, markdown, read};
-use rowscan_strict_toml::{Table, TomlError};
+use rowscan_settings::{Table, TomlError};
 
 fn refusal(text: &str) -> (usize, String) {
     match read(text) {

@@ -15,7 +15,7 @@ use rowscan_faults::FaultSpec;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
 use rowscan_scenes::files::LoadError;
-use rowscan_strict_toml::Table;
+use rowscan_settings::Table;
 
 use crate::document;
 use crate::failure::{Failure, Refusal};
@@ -184,6 +184,6 @@ pub(super) fn fault_named(
 }
 
 /// What is wrong with a fault that stands on no line.
-fn without_line(error: rowscan_strict_toml::TomlError) -> Failure {
-    rowscan_strict_toml::TomlError { line: 0, ..error }.into()
+fn without_line(error: rowscan_settings::TomlError) -> Failure {
+    rowscan_settings::TomlError { line: 0, ..error }.into()
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use rowscan_protocol::rig::RigError;
-use rowscan_strict_toml::TomlError;
+use rowscan_settings::TomlError;
 
 use crate::scene::SceneError;
 

@@ -19,7 +19,7 @@ mod warning;
 
 pub use error::{LoadError, nearest};
 pub use rig::{load_rig, rig_from_text, rig_schema, rig_text};
-pub use rowscan_strict_toml::{TomlError, from_toml};
+pub use rowscan_settings::{TomlError, from_toml};
 pub use scene::{fill, load_scene, scene_from_text};
 pub use source_text::SourceText;
 pub use warning::Warning;

@@ -115,10 +115,10 @@ pub fn rig_text(rig: &Rig) -> Result<String, toml::ser::Error> {
 /// # Errors
 /// The message, without a place.
 pub fn rig_from_text(text: &str, tell: impl FnMut(OldRoof)) -> Result<Rig, String> {
-    let file: RigFile = rowscan_strict_toml::from_toml(text).map_err(|error| error.message)?;
+    let file: RigFile = rowscan_settings::from_toml(text).map_err(|error| error.message)?;
     let rig = match file.rig {
         Some(rig) => rig,
-        None => rowscan_strict_toml::from_toml(text).map_err(|error| error.message)?,
+        None => rowscan_settings::from_toml(text).map_err(|error| error.message)?,
     };
     sound(file.version, rig, tell).map_err(|cause| cause.to_string())
 }

@@ -53,8 +53,7 @@ pub fn fill(file: &mut SceneFile, folder: &Path) -> Result<(), LoadError> {
 /// # Errors
 /// The message, without a place.
 pub fn scene_from_text(text: &str, tell: impl FnMut(OldRoof)) -> Result<Scene, String> {
-    let FromFile { scene, old_roofs } =
-        rowscan_strict_toml::from_toml(text).map_err(|error| error.message)?;
+    let FromFile { scene, old_roofs } = rowscan_settings::from_toml(text).map_err(|error| error.message)?;
     scene.validate().map_err(|cause| cause.to_string())?;
     old_roofs.into_iter().for_each(tell);
     Ok(scene)

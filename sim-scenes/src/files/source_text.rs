@@ -49,7 +49,7 @@ impl SourceText {
     /// # Errors
     /// The first error with its line.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, LoadError> {
-        rowscan_strict_toml::from_toml(&self.text)
+        rowscan_settings::from_toml(&self.text)
             .map_err(|error| LoadError::Content { place: self.place.clone(), error })
     }
 }

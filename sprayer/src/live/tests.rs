@@ -1,6 +1,6 @@
 use proptest::prelude::*;
-use rowscan_fault_table::sprayer::{StuckAt, Valves};
 use rowscan_protocol::time::SimTime;
+use rowscan_settings::fault_table::sprayer::{StuckAt, Valves};
 
 use super::*;
 use crate::commands::CommandLog;

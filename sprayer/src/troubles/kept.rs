@@ -1,6 +1,6 @@
 //! A fault as a file keeps it: a name and numbers.
 
-use rowscan_fault_table::sprayer::{SprayerFault, StuckAt, Valves};
+use rowscan_settings::fault_table::sprayer::{SprayerFault, StuckAt, Valves};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

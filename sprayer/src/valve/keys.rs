@@ -1,6 +1,6 @@
 //! Keys of `[valve]` by kind: one that its kind does not have would do nothing, and is refused.
 
-use rowscan_strict_toml::{Table, TomlError, Value, from_toml};
+use rowscan_settings::{Table, TomlError, Value, from_toml};
 use serde::Deserialize;
 
 use super::Kind;

@@ -1,8 +1,8 @@
 //! Faults of the machine: a perfect controller on a machine that is not, and the score that tells it, by its formula.
 
-use rowscan_fault_table::sprayer::{SprayerFault, StuckAt, Valves};
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Leaf, Orchard};
+use rowscan_settings::fault_table::sprayer::{SprayerFault, StuckAt, Valves};
 use rowscan_sprayer::safety::{Rule, breaches, time_to_safe_s};
 use rowscan_sprayer::{
     Boom, Command, CommandLog, Drive, Edges, Flow, Pass, Rate, Score, Target, Trouble, Troubles,

@@ -82,7 +82,7 @@ const RULES: &[Rule] = &[
         why: "the estimator knows no async, no socket and no truth",
     },
     Rule {
-        package: "rowscan-fault-table",
+        package: "rowscan-settings",
         features: Features::All,
         forbidden: &[
             "tokio",
@@ -93,7 +93,7 @@ const RULES: &[Rule] = &[
             "rowscan-faults",
             "rowscan",
         ],
-        why: "rows of faults are data: they know no part and no async",
+        why: "a reader of files, and rows of faults, are data: they know no part and no async",
     },
     Rule {
         package: "rowscan-vehicle",
@@ -192,12 +192,6 @@ const RULES: &[Rule] = &[
             "rowscan",
         ],
         why: "the sprayer knows commands, leaves and the drive, no async, no bus and no estimate",
-    },
-    Rule {
-        package: "rowscan-strict-toml",
-        features: Features::All,
-        forbidden: &["tokio", "mio", "socket2", "rowscan-protocol", "rowscan"],
-        why: "a reader of files knows nothing of what they describe",
     },
     Rule {
         package: "rowscan-bus",

@@ -1,7 +1,7 @@
 //! What the encoder counts while it has faults: from each begin or end on, the wheel's way times a factor, from the count that was.
 
-use rowscan_fault_table::vehicle::EncoderFault;
 use rowscan_protocol::time::SimTime;
+use rowscan_settings::fault_table::vehicle::EncoderFault;
 
 use super::spans::{REMEMBERED, Spans};
 

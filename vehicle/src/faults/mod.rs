@@ -9,7 +9,7 @@ mod swaying;
 pub(crate) use counting::Counting;
 pub use reporting::Report;
 pub(crate) use reporting::Reporting;
-use rowscan_fault_table::vehicle::{DriveFault, EncoderFault, GnssFault};
+use rowscan_settings::fault_table::vehicle::{DriveFault, EncoderFault, GnssFault};
 pub(crate) use swaying::Swaying;
 
 /// A fault that a tractor takes.

@@ -1,7 +1,7 @@
 //! What the receiver reports while it has faults.
 
-use rowscan_fault_table::vehicle::GnssFault;
 use rowscan_protocol::time::SimTime;
+use rowscan_settings::fault_table::vehicle::GnssFault;
 
 use super::spans::Spans;
 use crate::gnss::{Fix, FixQuality, Receiver};

@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 use std::time::Duration;
 
-use rowscan_fault_table::vehicle::DriveFault;
 use rowscan_protocol::time::SimTime;
+use rowscan_settings::fault_table::vehicle::DriveFault;
 
 use super::spans::Spans;
 

@@ -227,7 +227,7 @@ fn a_rate_is_judged_beside_the_speed_and_reported_litres_beside_the_true_ones() 
 
 #[test]
 fn litres_are_counted_while_a_switch_forbids_them() {
-    use rowscan_fault_table::sprayer::SprayerFault;
+    use rowscan_settings::fault_table::sprayer::SprayerFault;
     use rowscan_sprayer::{Trouble, Troubles};
 
     let folder = tempfile::tempdir().expect("a folder");

@@ -30,7 +30,7 @@ const SANS_IO: &[&str] = &[
     "vehicle/src/",
     "sim-scenes/src/",
     "sprayer/src/",
-    "strict-toml/src/",
+    "settings/src/",
 ];
 
 /// Every rule on words.
