@@ -284,8 +284,16 @@ fn a_limit_on_the_size_of_files_is_told_and_nothing_half_written_stays() {
 fn a_replay_that_would_end_before_it_begins_is_refused() {
     let (_folder, file) = folder();
     std::fs::write(file("scans.bin"), (0..200).flat_map(scan).collect::<Vec<u8>>()).expect("written");
-    let args = ["replay", &file("scans.bin"), "--model", "lms111", "--from", "3s", "--until", "2s"];
-    assert_says(&refused(&args), &["--until lies at or before --from"]);
+    let of =
+        |places: &[&str]| refused(&[&["replay", &file("scans.bin"), "--model", "lms111"], places].concat());
+    for places in [
+        &["--from", "3s", "--until", "2s"][..],
+        &["--from", "scan:9", "--until", "scan:9"],
+        &["--until", "scan:0"],
+        &["--until", "0s"],
+    ] {
+        assert_says(&of(places), &["--until lies at or before --from"]);
+    }
 }
 
 /// Whatever a file holds: scans come out, or a reason.

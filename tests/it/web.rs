@@ -515,7 +515,17 @@ fn a_recording_is_watched_at_its_own_pace_and_replayed_under_the_pages_clock() {
         // It stays until it is told to go.
         watching.end();
 
-        let places = ["--tcp", "127.0.0.1:0", "--web", "127.0.0.1:0", "--loop", "--rig", &scene];
+        let places = [
+            "--tcp",
+            "127.0.0.1:0",
+            "--web",
+            "127.0.0.1:0",
+            "--loop",
+            "--rig",
+            &scene,
+            "--until",
+            "scan:120",
+        ];
         let mut replaying = Telling::start("replay", &[&[recording.as_str()][..], &places].concat());
         let scanner = replaying.address();
         let page = page_of(&mut replaying);
@@ -532,6 +542,9 @@ fn a_recording_is_watched_at_its_own_pace_and_replayed_under_the_pages_clock() {
         let after = json(page, "/watch/state").await;
         assert_eq!(before["scanners"][0]["lines"], after["scanners"][0]["lines"]);
         assert!(after["clock"]["recorded_s"].is_number(), "{after}");
+        assert_eq!(before["clock"]["now_s"], after["clock"]["now_s"], "faults go by it");
+        let (status, ..) = http(page, "POST /clock HTTP/1.1", r#"{"seek": "scan:130"}"#).await;
+        assert_eq!(status, 409, "it ends before");
         let (status, ..) =
             http(page, "POST /clock HTTP/1.1", r#"{"seek": "scan:100", "paused": false}"#).await;
         assert_eq!(status, 200);

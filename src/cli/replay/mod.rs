@@ -106,7 +106,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     }
     let places = Places::of(args.rig.as_deref(), &survey, &parts);
     let played = args.played(&places, &parts)?;
-    let start_ns = played.from.at_ns.max(places.begins_ns);
+    let (start_ns, until) = (played.from.at_ns.max(places.begins_ns), played.until);
     let round = played.every_ns.map(|every_ns| (start_ns, every_ns));
     let mut spec = ReplaySpec::new(&survey, args.time_scale);
     let clock = spec.clock();
@@ -175,7 +175,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             () = player.ended() => break,
             () = interrupt.wait() => break,
             Some(SeekRequest { place, done }) = seeks.recv() => {
-                let found = places.find(place);
+                let found = places.find_before(place, until);
                 let found = found.map(|to| playhead.seek(to.max(start_ns.into()), clock.now()));
                 // Whoever asked may have gone.
                 let _ = done.send(found.map_err(|error| Refused(error.to_string())));
@@ -201,7 +201,8 @@ impl Args {
         let from = self.from.map_or(Ok(Moment::default()), |place| places.find(place))?;
         let until = self.until.map_or(Ok(Moment::END), |place| places.find(place))?;
         let start = from.max(places.begins_ns.into());
-        if until <= start {
+        let first = if self.until.is_some() { places.first_scan()? } else { start };
+        if until <= start.max(first) {
             return Err(Failure::Usage(
                 "--until lies at or before --from: there is nothing to play between them".to_owned(),
             ));

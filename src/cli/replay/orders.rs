@@ -68,8 +68,15 @@ impl Time for ReplayTime {
         }
     }
 
+    /// Faults stand still with the recording.
     fn pause(&self, paused: bool) {
-        self.playhead.pause(paused, self.clock.now());
+        if paused {
+            self.playhead.pause(true, self.clock.now());
+            self.clock.pause(true);
+        } else {
+            self.clock.pause(false);
+            self.playhead.pause(false, self.clock.now());
+        }
     }
 
     fn set_scale(&self, scale: f64) -> Result<(), Refused> {
@@ -92,5 +99,33 @@ impl Time for ReplayTime {
             seeks.try_send(asked).map_err(|_| Refused("too many places are asked for at once".to_owned()))?;
             answer.await.unwrap_or_else(|_| Err(Refused("the replay has ended".to_owned())))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[tokio::test(start_paused = true)]
+    async fn the_whole_of_time_stands_while_a_replay_is_paused() {
+        let clock = Arc::new(SimClock::start(TimeScale::Paced(2.0)));
+        let playhead = Arc::new(Playhead::new(1000));
+        playhead.begin(clock.now());
+        let (time, _seeks) = ReplayTime::new(Arc::clone(&clock), playhead, None, [1000, u64::MAX]);
+        let after = async |seconds: u64| {
+            let before = time.state();
+            tokio::time::advance(Duration::from_secs(seconds)).await;
+            let now = time.state();
+            let recorded_s = |state: &TimeState| state.recorded_s.expect("a recording");
+            [now.now_s - before.now_s, recorded_s(&now) - recorded_s(&before)]
+        };
+        let is = |passed: [f64; 2], expected: f64| passed.iter().all(|s| (s - expected).abs() < 1e-3);
+        assert!(is(after(3).await, 6.0));
+        time.pause(true);
+        assert!(time.state().paused && is(after(3).await, 0.0));
+        time.pause(false);
+        assert!(!time.state().paused && is(after(3).await, 6.0));
     }
 }

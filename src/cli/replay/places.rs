@@ -67,11 +67,6 @@ impl<'a> Places<'a> {
     }
 
     pub(super) fn find(&self, place: Seek) -> Result<Moment, Failure> {
-        let refuse = |what: String| ReplayError::Seek {
-            what,
-            scans: self.part.map_or(0, |part| part.scans),
-            seconds: self.ends_ns.saturating_sub(self.begins_ns) as f64 * 1e-9,
-        };
         let found = match place {
             Seek::Seconds(seconds) => Some(self.begins_ns.saturating_add((seconds * 1e9) as u64).into()),
             Seek::Scan(number) => match self.part {
@@ -80,7 +75,7 @@ impl<'a> Places<'a> {
             },
             Seek::Metre(metre) => {
                 let rig = self.rig()?.ok_or_else(|| {
-                    refuse("a place in the row needs a rig, and none is recorded: say --rig".to_owned())
+                    self.refuse("a place in the row needs a rig, and none is recorded: say --rig".to_owned())
                 })?;
                 match self.part {
                     Some(part) => self.at_metre(part, &rig, metre)?,
@@ -89,7 +84,29 @@ impl<'a> Places<'a> {
             }
         };
         let found = found.filter(|found| found.at_ns <= self.ends_ns);
-        Ok(found.ok_or_else(|| refuse(format!("there is no {}", told(place))))?)
+        Ok(found.ok_or_else(|| self.refuse(format!("there is no {}", told(place))))?)
+    }
+
+    /// The same of a replay that ends before `until`.
+    pub(super) fn find_before(&self, place: Seek, until: Moment) -> Result<Moment, Failure> {
+        match self.find(place)? {
+            found if found < until => Ok(found),
+            _ => Err(self.refuse(format!("{} lies at or behind --until", told(place))).into()),
+        }
+    }
+
+    /// Where the first scan stands; the beginning of what has none.
+    pub(super) fn first_scan(&self) -> Result<Moment, Failure> {
+        let first = self.part.map(|part| self.survey.scan_at(part, 0)).transpose()?.flatten();
+        Ok(first.unwrap_or_default())
+    }
+
+    fn refuse(&self, what: String) -> ReplayError {
+        ReplayError::Seek {
+            what,
+            scans: self.part.map_or(0, |part| part.scans),
+            seconds: self.ends_ns.saturating_sub(self.begins_ns) as f64 * 1e-9,
+        }
     }
 
     /// Where a metre of the row is: by what the recording tells of the way, else by the rig's speed, and that is said.
