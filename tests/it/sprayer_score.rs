@@ -1,20 +1,25 @@
 //! `rowscan score` of a run that was kept, and of what becomes of it when one thing in it is changed.
 
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use serde_json::{Value, json};
 
 use crate::common::binary::{Ended, assert_says, run, text};
 
-/// A run of the reference controller, kept.
+/// A run of the reference controller, kept in `folder`. One run serves all tests here: none of them changes what it found.
 fn kept(folder: &Path) -> (PathBuf, Value) {
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/scenarios/sprayer/reference.toml");
-    let keep = folder.join("kept");
-    let ended = run(&["check", text(&scenario), "--keep", text(&keep)]);
-    assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
-    let file = keep.join("01-reference/seed-7-run-1/sprayer.json");
-    let run = std::fs::read(&file).unwrap_or_else(|cause| panic!("{}: {cause}", file.display()));
-    (file, serde_json::from_slice(&run).expect("JSON"))
+    static RUN: LazyLock<Vec<u8>> = LazyLock::new(|| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/scenarios/sprayer/reference.toml");
+        let ended = run(&["check", text(&scenario), "--keep", text(folder.path())]);
+        assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
+        let file = folder.path().join("01-reference/seed-7-run-1/sprayer.json");
+        std::fs::read(&file).unwrap_or_else(|cause| panic!("{}: {cause}", file.display()))
+    });
+    let file = folder.join("sprayer.json");
+    std::fs::write(&file, &*RUN).expect("written");
+    (file, serde_json::from_slice(&RUN).expect("JSON"))
 }
 
 /// The same run with one thing changed.
