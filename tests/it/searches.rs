@@ -145,14 +145,15 @@ fn points_are_confirmed_on_seeds_that_did_not_choose_them() {
 fn the_paper_stands_beside_its_own_orchards_alone() {
     let study = |scene: &str, more: &[&str]| {
         let small = ["--iterations", "5,6", "--trees", "1", "--dy", "0.1", "--dtheta", "2", "--pitch", "0.1"];
-        let ended = run(&[&["study", "areas", scene], &small[..], more].concat());
+        let few = ["--shady", "60,101"];
+        let ended = run(&[&["study", "areas", scene], &small[..], &few, more].concat());
         assert_eq!(ended.code, Some(0), "{}", ended.stderr);
         ended.stdout
     };
-    let (paper, own) = (study("paper", &[]), study("vase", &[]));
+    let (paper, own) = (study("paper", &[]), study("hedge", &[]));
     assert!(paper.contains("gates hold") && paper.contains("12.67") && paper.contains("paper slope"));
     assert!(!own.contains("gates") && !own.contains("12.67") && !own.contains("paper"), "{own}");
-    let (paper, own) = (study("paper", &["--seeds", "1..10"]), study("vase", &["--seeds", "1..10"]));
+    let (paper, own) = (study("paper", &["--seeds", "1..10"]), study("hedge", &["--seeds", "1..10"]));
     assert!(paper.contains("off %") && paper.contains("percentile bootstrap") && paper.contains("10 seeds"));
     assert!(
         !own.contains("12.67") && !own.contains("gates") && own.contains("percentile bootstrap"),
