@@ -166,12 +166,11 @@ pub struct Share {
 pub fn report(provenance: Header<CoverageStudy>, units: &[Unit<CoverageRow>]) -> CoverageReport {
     let (classes, rows) = (&provenance.settings.classes.classes, provenance.settings.rows);
     let row = |(number, class): (usize, &crate::classes::Class)| {
-        let own: Vec<&CoverageRow> = units
-            .iter()
-            .filter(|unit| unit.index / rows.max(1) == number)
-            .map(|unit| &unit.result)
-            .filter(|row| row.truth_m2 > 0.0)
-            .collect();
+        let own: Vec<&CoverageRow> =
+            units.iter().filter(|unit| unit.index / rows.max(1) == number).map(|unit| &unit.result).collect();
+        let withheld = own.iter().filter(|row| row.leaf_area_m2.is_none()).count();
+        // Where nothing is there an error has no share.
+        let own: Vec<&CoverageRow> = own.into_iter().filter(|row| row.truth_m2 > 0.0).collect();
         let errors: Vec<f64> =
             own.iter().filter_map(|row| Some(row.leaf_area_m2? / row.truth_m2 - 1.0)).collect();
         let widths: Vec<f64> = own
@@ -185,7 +184,7 @@ pub fn report(provenance: Header<CoverageStudy>, units: &[Unit<CoverageRow>]) ->
             axis: class.axis.clone(),
             class: class.name.clone(),
             n: errors.len(),
-            withheld: own.len() - errors.len(),
+            withheld,
             bias: (!errors.is_empty()).then(|| mean(&errors)),
             rmse: (!errors.is_empty()).then(|| rms(&errors)),
             sampling_holds: share(&own, |row| row.sampling_m2),

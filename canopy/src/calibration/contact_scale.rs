@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::error::CalibrationError;
 use super::quality::FitQuality;
 use super::wood::{Wood, leafy_share};
+use crate::uncertainty::combined;
 
 /// L / length = k · (x − w)^p with x, the raw contact-frequency leaf area a metre, and w, the wood that is taken out of it, if any; beyond either end of the
 /// fitted range in proportion to x − w, with the factor of that end.
@@ -103,6 +104,12 @@ macro_rules! keys {
 pub(super) const CONTACT_KEYS: ScaleKeys = keys!("contact");
 pub(super) const SHARE_KEYS: ScaleKeys = keys!("share");
 
+/// What the exponent of rows beyond the fitted ones may differ by from the one that is applied: of shipped calibrations the rows' own one does by up to 0.98.
+const UNKNOWN_EXPONENT: f64 = 1.0;
+
+/// Rows whose law explains less of how they differ are alike.
+const ALIKE_R2: f64 = 0.5;
+
 impl ContactScale {
     /// Refuses values that no leaf area could be made with.
     pub(super) fn validate(&self, keys: &ScaleKeys) -> Result<(), CalibrationError> {
@@ -171,13 +178,30 @@ impl ContactScale {
     }
 
     /// Relative standard deviation of the leaf area for what a larger exponent of the fitted rows makes of it: little near their mean, and more the denser or
-    /// thinner a row is; 0 without canopy. A smaller exponent is what scatter makes of rows that are alike.
+    /// thinner a row is; 0 without canopy. A smaller exponent is what scatter makes of rows that are alike. Beyond the fitted rows nobody knows the exponent.
     pub fn density_sd(&self, raw_m2_per_m: f64) -> f64 {
         let net_m2_per_m = self.net(raw_m2_per_m);
         let of = |rows: FittedRows| {
             let own = (net_m2_per_m / rows.mean_m2_per_m).powf(rows.exponent) * rows.mean_leaf_area_m2_per_m;
             (self.factor(raw_m2_per_m) * raw_m2_per_m / own).ln().abs()
         };
-        self.fitted.filter(|rows| rows.exponent > self.p && net_m2_per_m > 0.0).map_or(0.0, of)
+        let of_rows = self.fitted.filter(|rows| rows.exponent > self.p && net_m2_per_m > 0.0).map_or(0.0, of);
+        combined([of_rows, UNKNOWN_EXPONENT * self.beyond(raw_m2_per_m)])
+    }
+
+    /// How far a raw leaf area a metre lies beyond those that were fitted, as a logarithm; of rows so alike that they tell no law, from their mean. 0 among them,
+    /// and without canopy.
+    fn beyond(&self, raw_m2_per_m: f64) -> f64 {
+        let net_m2_per_m = self.net(raw_m2_per_m);
+        let Some(rows) = self.fitted.filter(|_| net_m2_per_m > 0.0) else { return 0.0 };
+        let FitQuality { low_m2_per_m, high_m2_per_m, r2, .. } = self.quality;
+        let [low, high] = match r2 < ALIKE_R2 {
+            true => [rows.mean_m2_per_m; 2],
+            false => [low_m2_per_m, high_m2_per_m].map(|end| self.net(end)),
+        };
+        if net_m2_per_m < low {
+            return (low / net_m2_per_m).ln();
+        }
+        (net_m2_per_m / high).ln().max(0.0)
     }
 }

@@ -20,8 +20,8 @@ pub struct Uncertainty {
     /// Of classes about the one that the estimate holds for, by the transfer study: the properties that differ from it or are not told. `None`
     /// where nothing is known of the row.
     pub between_class: Option<f64>,
-    /// Of rows denser or thinner than those the calibration was fitted on are on average, where they had a larger exponent than the calibration applies;
-    /// `None` without a calibration.
+    /// Of rows denser or thinner than those the calibration was fitted on are on average, where they had a larger exponent than the calibration applies,
+    /// and of rows denser or thinner than all of them; `None` without a calibration.
     pub density: Option<f64>,
     /// Of the wood that rows of a class have more or less of than its mean, which the calibration takes out; `None` where it takes none out.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -88,6 +88,18 @@ fn an_exponent_that_is_not_applied_widens_the_interval_of_rows_off_the_mean() {
     // Scatter makes an exponent below 1 of rows that are alike, and files of older versions know of none.
     assert_eq!(contact_of(&|_, x| 2.0 * x.powf(0.7), 0.0).density_sd(8.5), 0.0);
     assert_eq!(ContactScale { fitted: None, ..wide }.density_sd(8.5), 0.0);
+    // Beyond the fitted rows nobody knows the law, the less the farther; rows of one density tell none at all.
+    let beyond = [2.0, 1.0, 17.0, 34.0].map(|x| rays.density_sd(x));
+    let expected = [2.0_f64, 4.0, 2.0, 4.0].map(f64::ln);
+    assert!(
+        beyond.iter().zip(expected).all(|(found, least)| (found / least - 1.0).abs() < 0.6),
+        "{beyond:?}"
+    );
+    assert!(beyond[0] < beyond[1] && beyond[2] < beyond[3]);
+    let alike = contact_of(&|i, x| 5.0 + 0.01 * x + [0.3, -0.3][i % 2], 0.0);
+    let mean = alike.fitted.unwrap().mean_m2_per_m;
+    assert!(alike.quality.r2 < 0.5 && alike.density_sd(mean) < 1e-9, "{alike:?}");
+    assert!([0.8, 1.25].iter().all(|off| (alike.density_sd(off * mean) - 1.25_f64.ln()).abs() < 1e-9));
 
     // In an estimate it stands beside the other parts.
     let (impacted, contact) = hedge_per_metre();

@@ -72,7 +72,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         Format::Jsonl | Format::Csv => output::print_rows(args.format, &found)?,
         Format::Table => output::print(&listed(&found))?,
     }
-    Ok(Outcome::Done)
+    // A study of nothing is none.
+    Ok(if found.is_empty() { Outcome::Finding } else { Outcome::Done })
 }
 
 /// The table's first lines: what made it.

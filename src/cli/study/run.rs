@@ -46,7 +46,8 @@ pub(super) fn tell(args: &TellArgs, (header, units): Whole<SweepStudy>) -> Resul
         Format::Csv => output::print_rows(args.format, &report.rows)?,
         Format::Table => output::print(&table(&report))?,
     }
-    Ok(Outcome::Done)
+    // A study of nothing is none.
+    Ok(if report.refused == report.rows.len() { Outcome::Finding } else { Outcome::Done })
 }
 
 fn table(report: &SweepReport) -> String {

@@ -4,7 +4,7 @@ mod file;
 mod reimport;
 
 use rowscan_canopy::{Calibration, EstimatorInfo};
-use rowscan_protocol::model;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::Rig;
 use rowscan_scenes::Scene;
 use serde::{Deserialize, Serialize};
@@ -107,7 +107,7 @@ impl Class {
         }
         let told = self.told.clone().unwrap_or_else(|| stage.rig.clone());
         let mount = told.scanners.first().map(|mount| mount.model.clone()).unwrap_or_default();
-        let Some(scanner) = model::by_name(&mount) else {
+        let Some(scanner) = AnyModel::by_name(&mount) else {
             return Err(UnitError::UnknownModel { found: mount });
         };
         let calibration = calibration(&stage.rig);

@@ -10,7 +10,7 @@ mod report;
 mod sprayer;
 
 use rowscan_canopy::Calibration;
-use rowscan_protocol::model;
+use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
 use rowscan_scenes::parameters::SceneFile;
 use serde::{Deserialize, Serialize};
@@ -113,7 +113,7 @@ impl SweepStudy {
     ) -> Result<Vec<Option<f64>>, UnitError> {
         let rig = scene.resolved_rig();
         let mount = rig.scanners.first().cloned().unwrap_or_default();
-        let Some(scanner) = model::by_name(&mount.model) else {
+        let Some(scanner) = AnyModel::by_name(&mount.model) else {
             return Err(UnitError::UnknownModel { found: mount.model });
         };
         let stage = nursery.grow(scene)?;
