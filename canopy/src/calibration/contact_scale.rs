@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 use super::error::CalibrationError;
 use super::quality::FitQuality;
 use super::wood::{Wood, leafy_share};
-use crate::uncertainty::combined;
 
 /// L / length = k · (x − w)^p with x, the raw contact-frequency leaf area a metre, and w, the wood that is taken out of it, if any; beyond either end of the
 /// fitted range in proportion to x − w, with the factor of that end.
@@ -186,7 +185,7 @@ impl ContactScale {
             (self.factor(raw_m2_per_m) * raw_m2_per_m / own).ln().abs()
         };
         let of_rows = self.fitted.filter(|rows| rows.exponent > self.p && net_m2_per_m > 0.0).map_or(0.0, of);
-        combined([of_rows, UNKNOWN_EXPONENT * self.beyond(raw_m2_per_m)])
+        of_rows.hypot(UNKNOWN_EXPONENT * self.beyond(raw_m2_per_m))
     }
 
     /// How far a raw leaf area a metre lies beyond those that were fitted, as a logarithm; of rows so alike that they tell no law, from their mean. 0 among them,
