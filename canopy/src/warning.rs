@@ -352,6 +352,17 @@ impl Warning {
         is_another.then(|| Self::OtherModel { taken_for, found: found.to_vec() })
     }
 
+    /// The codes of these warnings, each once, in their order.
+    pub fn codes(warnings: &[Self]) -> Vec<&'static str> {
+        let mut codes = Vec::new();
+        for code in warnings.iter().map(Self::code) {
+            if !codes.contains(&code) {
+                codes.push(code);
+            }
+        }
+        codes
+    }
+
     /// One word to branch on.
     pub fn code(&self) -> &'static str {
         match self {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::AddAssign;
 
-use rowscan_canopy::Estimate;
+use rowscan_canopy::{Estimate, Warning};
 use serde::{Deserialize, Serialize};
 
 /// Warnings that say what every simulated row has: they warn of no error.
@@ -65,12 +65,8 @@ pub fn withheld(estimate: &Estimate) -> Option<&'static str> {
 
 /// The codes of an estimate's warnings, each once: of all but what every simulated row has.
 pub fn warnings(estimate: &Estimate) -> Vec<&'static str> {
-    let mut codes = Vec::new();
-    for code in estimate.warnings.iter().map(|warning| warning.code()) {
-        if !ALWAYS.contains(&code) && !codes.contains(&code) {
-            codes.push(code);
-        }
-    }
+    let mut codes = Warning::codes(&estimate.warnings);
+    codes.retain(|code| !ALWAYS.contains(code));
     codes
 }
 

@@ -19,8 +19,8 @@ struct State {
     /// Where it stands while it does not run.
     stands_at_ns: u64,
     paused: bool,
-    /// Which of the frames of that instant it was moved to.
-    number: u64,
+    /// Where it was moved to last.
+    moved_to: Moment,
     /// How often it has been moved: the tape looks for its new place when this changes.
     jumps: u32,
 }
@@ -28,8 +28,14 @@ struct State {
 impl Playhead {
     /// At the recorded instant `start_ns`.
     pub fn new(start_ns: u64) -> Self {
-        let state =
-            State { begun: false, running: None, stands_at_ns: start_ns, paused: false, number: 0, jumps: 0 };
+        let state = State {
+            begun: false,
+            running: None,
+            stands_at_ns: start_ns,
+            paused: false,
+            moved_to: start_ns.into(),
+            jumps: 0,
+        };
         Self { state: watch::Sender::new(state) }
     }
 
@@ -54,7 +60,7 @@ impl Playhead {
     /// Goes to this place of the recording.
     pub fn seek(&self, to: Moment, now: SimTime) {
         self.state.send_modify(|state| {
-            (state.stands_at_ns, state.number) = (to.at_ns, to.number);
+            (state.stands_at_ns, state.moved_to) = (to.at_ns, to);
             state.running = None;
             state.jumps = state.jumps.wrapping_add(1);
             state.run(now);
@@ -88,8 +94,7 @@ impl Playhead {
     /// Where it was moved to last, and how often it has been.
     pub fn jumps(&self) -> (u32, Moment) {
         let state = self.state.borrow();
-        let at_ns = state.running.map_or(state.stands_at_ns, |(_, from_ns)| from_ns);
-        (state.jumps, Moment { at_ns, number: state.number })
+        (state.jumps, state.moved_to)
     }
 
     /// Tells when anything about it changes.

@@ -28,13 +28,7 @@ pub(super) struct ScannerReport {
 
 /// The codes of warnings, each once, with blanks between them.
 pub(super) fn codes(warnings: &[Warning]) -> String {
-    let mut codes: Vec<&str> = Vec::new();
-    warnings.iter().map(Warning::code).for_each(|code| {
-        if !codes.contains(&code) {
-            codes.push(code);
-        }
-    });
-    codes.join(" ")
+    Warning::codes(warnings).join(" ")
 }
 
 /// The columns, in their order: the same whatever is known, with a rig or without. Lists and tables are told by the other formats.

@@ -197,14 +197,10 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
 fn table(rows: &[AccuracyRow]) -> String {
     let mut grid = Grid::new();
     let notes = |row: &AccuracyRow| {
-        let codes = row.withheld.iter().map(String::as_str).chain(row.warnings.split(' '));
-        let mut told: Vec<&str> = Vec::new();
-        codes.filter(|code| !code.is_empty()).for_each(|code| {
-            if !told.contains(&code) {
-                told.push(code);
-            }
-        });
-        told.join(", ")
+        let warnings: Vec<&str> = row.warnings.split_whitespace().collect();
+        // A warning may have the same cause, and then it has the same code.
+        let withheld = row.withheld.as_deref().filter(|why| !warnings.contains(why));
+        withheld.into_iter().chain(warnings.iter().copied()).collect::<Vec<_>>().join(", ")
     };
     let is_noted = rows.iter().any(|row| !notes(row).is_empty());
     let heads = [
