@@ -65,7 +65,7 @@ pub use listener::{GatedListener, reset_on_drop};
 pub use page::markdown;
 pub use part::{Fit, Order, Part};
 pub use plan::{Medium, Row};
-pub use relay::{Relayed, relay};
+pub use relay::relay;
 pub use rowscan_settings::fault_table::{Family, Form, Parameter, PartFault};
 pub use spec::{COMMON, FaultSpec, read};
 pub use stream::FaultyStream;

@@ -19,7 +19,7 @@ use rowscan_recording::{About, Side, StreamKind, Tap, Taps};
 use serde::Serialize;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
+use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinSet;
 
 use super::endpoint::announce_stream;
@@ -37,6 +37,8 @@ const PATIENCE: Duration = Duration::from_secs(3);
 const CHUNK: usize = 4096;
 /// What the stream is called unless it is given a name; as the first scanner of `emulate`.
 const NAME: &str = "scanner0";
+/// Why a connection ended that the proxy's end has cut.
+const CUT: &str = "the proxy ended";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -133,18 +135,22 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let (format, taps) = (args.format, taping.taps());
     let proxy =
         Arc::new(Proxy { source, name, faults, taps, kind, format, counts: Counts::default(), places });
+    let (close, closing) = watch::channel(false);
+    let closing = Closing(closing);
     let serving = async {
         match (&args.tcp, &args.pty) {
-            (Some(address), _) => proxy.serve_tcp(address).await,
-            (None, Some(link)) => proxy.serve_pty(link).await,
+            (Some(address), _) => proxy.serve_tcp(address, closing).await,
+            (None, Some(link)) => proxy.serve_pty(link, closing).await,
             (None, None) => Ok(()),
         }
     };
+    tokio::pin!(serving);
     let ended = tokio::select! {
-        ended = serving => ended,
-        () = interrupt.wait() => Ok(()),
+        ended = &mut serving => ended,
+        // What is open is closed, counted and told before the end is.
+        () = interrupt.wait() => { close.send_replace(true); serving.await }
         // It was told when it happened.
-        () = taping.failed() => Ok(()),
+        () = taping.failed() => { close.send_replace(true); serving.await }
     };
     let begun = faulting.finish().await?;
     ended?;
@@ -152,9 +158,20 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     Ok(taping.finish())
 }
 
+/// Resolves when the proxy is to end.
+#[derive(Clone)]
+struct Closing(watch::Receiver<bool>);
+
+impl Closing {
+    /// Cancel safe.
+    async fn wait(&mut self) {
+        let _ = self.0.wait_for(|closing| *closing).await;
+    }
+}
+
 impl Proxy {
-    /// Takes clients in until it is dropped.
-    async fn serve_tcp(self: &Arc<Self>, address: &str) -> Result<(), Failure> {
+    /// Takes clients in until the proxy is to end; returns when the last of them is told.
+    async fn serve_tcp(self: &Arc<Self>, address: &str, mut closing: Closing) -> Result<(), Failure> {
         let busy = |cause| rowscan_ports::PortError::Listen { address: address.to_owned(), cause };
         let listener = TcpListener::bind(address).await.map_err(busy)?;
         let mut listener = GatedListener::new(listener, Some(self.faults.clone())).map_err(busy)?;
@@ -165,8 +182,9 @@ impl Proxy {
             tokio::select! {
                 accepted = listener.accept() => match accepted {
                     Ok((stream, peer)) => {
-                        let proxy = Arc::clone(self);
-                        clients.spawn(task(async move { proxy.serve_client(stream, peer.to_string()).await }));
+                        let (proxy, closing) = (Arc::clone(self), closing.clone());
+                        let peer = peer.to_string();
+                        clients.spawn(task(async move { proxy.serve_client(stream, peer, closing).await }));
                     }
                     Err(cause) => {
                         tracing::warn!(%cause, "cannot accept");
@@ -174,12 +192,22 @@ impl Proxy {
                     }
                 },
                 Some(served) = clients.join_next() => served.unwrap_or(Ok(()))?,
+                () = closing.wait() => break,
             }
         }
+        while let Some(served) = clients.join_next().await {
+            served.unwrap_or(Ok(()))?;
+        }
+        Ok(())
     }
 
     /// Serves one client, over a connection of its own to the scanner.
-    async fn serve_client(&self, stream: TcpStream, peer: String) -> Result<(), Failure> {
+    async fn serve_client(
+        &self,
+        stream: TcpStream,
+        peer: String,
+        mut closing: Closing,
+    ) -> Result<(), Failure> {
         if let Err(cause) = keep_alive(&stream) {
             tracing::debug!(%cause, "socket options refused");
         }
@@ -193,7 +221,11 @@ impl Proxy {
                 ..Line::default()
             });
         };
-        let mut device = match self.dial().await {
+        let dialled = tokio::select! {
+            dialled = self.dial() => dialled,
+            () = closing.wait() => Err(CUT.to_owned()),
+        };
+        let mut device = match dialled {
             Ok(device) => device,
             Err(reason) => {
                 self.counts.unreachable.fetch_add(1, Ordering::Relaxed);
@@ -210,38 +242,39 @@ impl Proxy {
         self.counts.connections.fetch_add(1, Ordering::Relaxed);
         self.tell(Line { event: "connected", peer: Some(peer.clone()), ..Line::default() })?;
         let mut client = self.witnessed(self.faults.wrap(stream, reset_on_drop));
-        let relayed = relay(&mut client, &mut device).await;
-        self.note(client.passed());
-        self.tell(Line {
-            event: "disconnected",
-            peer: Some(peer),
-            to_client_bytes: Some(relayed.to_client),
-            to_device_bytes: Some(relayed.to_device),
-            reason: relayed.ended.err().map(|cause| cause.to_string()),
-            ..Line::default()
-        })
+        let reason = tokio::select! {
+            ended = relay(&mut client, &mut device) => ended.err().map(|cause| cause.to_string()),
+            () = closing.wait() => Some(CUT.to_owned()),
+        };
+        self.tell_disconnected(peer, client.passed(), reason)
     }
 
-    /// Is a serial port until it is dropped; the scanner is dialled again whenever it is lost.
-    async fn serve_pty(&self, link: &Path) -> Result<(), Failure> {
+    /// Is a serial port until the proxy is to end; the scanner is dialled again whenever it is lost.
+    async fn serve_pty(&self, link: &Path, mut closing: Closing) -> Result<(), Failure> {
         let pty = Pty::open(link)?;
         announce_stream(self.format, None, "pty", pty.path())?;
         service::ready();
         let mut wire = self.witnessed(self.faults.wrap(pty, |_| ()));
         let mut is_told = false;
         loop {
-            match self.dial().await {
+            let dialled = tokio::select! {
+                dialled = self.dial() => dialled,
+                () = closing.wait() => return Ok(()),
+            };
+            match dialled {
                 Ok(mut device) => {
                     is_told = false;
                     self.counts.connections.fetch_add(1, Ordering::Relaxed);
                     let peer = Some(self.source.to_string());
-                    self.tell(Line { event: "connected", peer: peer.clone(), ..Line::default() })?;
+                    self.tell(Line { event: "connected", peer, ..Line::default() })?;
                     let before = wire.passed();
-                    let ended = carry(&mut wire, &mut device).await;
+                    let reason = tokio::select! {
+                        ended = carry(&mut wire, &mut device) => ended.err().map(|cause| cause.to_string()),
+                        () = closing.wait() => Some(CUT.to_owned()),
+                    };
                     let [to_client, to_device] = wire.passed();
-                    self.note([to_client - before[0], to_device - before[1]]);
-                    let reason = ended.err().map(|cause| cause.to_string());
-                    self.tell(Line { event: "disconnected", peer, reason, ..Line::default() })?;
+                    let passed = [to_client - before[0], to_device - before[1]];
+                    self.tell_disconnected(self.source.to_string(), passed, reason)?;
                 }
                 Err(reason) => {
                     self.counts.unreachable.fetch_add(1, Ordering::Relaxed);
@@ -250,7 +283,10 @@ impl Proxy {
                     }
                 }
             }
-            retry_pause().await;
+            tokio::select! {
+                () = retry_pause() => {}
+                () = closing.wait() => return Ok(()),
+            }
         }
     }
 
@@ -271,9 +307,23 @@ impl Proxy {
         })
     }
 
-    fn note(&self, [to_client, to_device]: [u64; 2]) {
+    /// Tells and counts a connection that has ended: bytes to its client and bytes from it.
+    fn tell_disconnected(
+        &self,
+        peer: String,
+        [to_client, to_device]: [u64; 2],
+        reason: Option<String>,
+    ) -> Result<(), Failure> {
         self.counts.to_client.fetch_add(to_client, Ordering::Relaxed);
         self.counts.to_device.fetch_add(to_device, Ordering::Relaxed);
+        self.tell(Line {
+            event: "disconnected",
+            peer: Some(peer),
+            to_client_bytes: Some(to_client),
+            to_device_bytes: Some(to_device),
+            reason,
+            ..Line::default()
+        })
     }
 
     fn tell(&self, line: Line) -> Result<(), Failure> {

@@ -77,6 +77,36 @@ async fn every_byte_passes_both_ways_while_no_fault_is_active() {
     }
 }
 
+/// A connection that is open when the proxy ends is told and counted before the end is, which is the last line.
+#[tokio::test]
+async fn what_is_open_at_the_end_is_told_and_counted() {
+    let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
+    let source = format!("tcp://{}", listener.local_addr().expect("bound"));
+    let mut proxy = Telling::start("proxy", &[&source, "--tcp", "127.0.0.1:0"]);
+    let address = proxy.address();
+    let mut open = Vec::new();
+    for _ in 0..20 {
+        let mut client = TcpStream::connect(&address).await.expect("it listens");
+        let (mut device, _) = listener.accept().await.expect("it dials");
+        client.write_all(b"to the device").await.expect("open");
+        device.write_all(b"to it").await.expect("open");
+        device.read_exact(&mut [0; 13]).await.expect("open");
+        client.read_exact(&mut [0; 5]).await.expect("open");
+        open.push((client, device));
+    }
+    let told = proxy.end();
+    let cut = told.iter().filter(|line| line["event"] == "disconnected");
+    let cut: Vec<_> = cut
+        .map(|line| {
+            (line["to_client_bytes"].clone(), line["to_device_bytes"].clone(), line["reason"].clone())
+        })
+        .collect();
+    assert_eq!(cut, vec![(5.into(), 13.into(), "the proxy ended".into()); 20], "{told:?}");
+    let end = told.last().expect("an end");
+    assert_eq!((&end["event"], &end["connections"]), (&"end".into(), &20.into()), "{told:?}");
+    assert_eq!((&end["to_client_bytes"], &end["to_device_bytes"]), (&100.into(), &260.into()));
+}
+
 /// Our driver as the system under test: exact loss, and one reconnect.
 #[tokio::test]
 async fn the_driver_loses_exactly_what_was_dropped_and_redials_after_a_reset() {
