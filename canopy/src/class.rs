@@ -1,7 +1,7 @@
 //! What a leaf area holds for: the canopy a calibration was made on, or the one that an estimator without calibration assumes.
 //!
-//! Known of a row from its description (a scene, an orchard's papers), never from scans or truth. It is compared and told; no estimate depends
-//! on it.
+//! Known of a row from its description (a scene, an orchard's papers), never from scans or truth. It is compared and told; no number depends
+//! on it, but whether one is told: [`Withheld::MostlyWood`](crate::Withheld::MostlyWood).
 
 use serde::Serialize;
 

@@ -83,7 +83,7 @@ pub(crate) fn estimate(
     estimate.warnings.extend(pass.into_iter().flat_map(|pass| pass.doubts_of_encoder(gate.valid)));
     match areas_told(counting, gate, pass) {
         Ok(pass) => {
-            let law = Law::of(pass, calibration);
+            let law = Law::of(pass, calibration, class);
             row(&mut estimate, pass, latest, &law, calibration);
             let sds = tell_how_sure(&mut estimate, pass, &law, calibration, class);
             pieces::tell(&mut estimate, piece_scatter(pass, &law), pass.row.cut().tree_spacing_m(), sds);
@@ -343,7 +343,9 @@ fn row(
             estimate.warnings.push(Warning::NoFoliage { share: contact.too_dense });
         }
         Err(Withheld::MostlyWood) => {
-            estimate.warnings.push(Warning::MostlyWood { leaf: law.leafy_share() });
+            estimate
+                .warnings
+                .push(Warning::MostlyWood { leaf: law.leafy_share(), calibrated: calibration.is_some() });
         }
         Err(Withheld::EchoUnknown) => estimate.warnings.push(Warning::EchoUnknown),
         Err(Withheld::OpticsUnknown) => estimate.warnings.push(Warning::OpticsUnknown),

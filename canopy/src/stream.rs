@@ -127,7 +127,7 @@ impl Pipeline {
     }
 
     /// Says what canopy it is. No number depends on it: the row is compared with the class that the leaf area holds for, and warnings and the
-    /// width of the interval tell the outcome.
+    /// width of the interval tell the outcome. Of a class that is nearly all wood no leaf area is told without a calibration.
     #[must_use]
     pub fn of_class(self, class: RowClass) -> Self {
         Self { class: Some(class), ..self }
@@ -384,7 +384,7 @@ impl Pipeline {
     pub fn window(&self) -> Result<Window, Withheld> {
         let (pass, _) = self.pass_that_counts();
         let pass = report::areas_told(&self.counting, &self.gate, pass)?;
-        let law = Law::of(pass, self.calibration.as_ref());
+        let law = Law::of(pass, self.calibration.as_ref(), self.class.as_ref());
         let y_m = pass.row.y_m();
         Ok(Window::of(pass.row.window(), LeafWindow::of(&law, pass.row.window_slices(), y_m)))
     }

@@ -21,6 +21,8 @@ pub struct ScannerCounts {
     pub scans_sent: u64,
     /// Scan telegrams that clients, or a line, were too slow to take.
     pub scans_dropped: Option<u64>,
+    /// Scan telegrams, of those sent, that faults have kept from their client; none where nothing can go wrong there.
+    pub scans_kept_by_faults: Option<u64>,
     /// Scans left out because the host was too slow.
     pub scans_missed: Option<u64>,
     /// Scans measured while nobody took them.
@@ -63,6 +65,7 @@ impl From<EmulatorCounts> for ScannerCounts {
         Self {
             scans_sent: counts.scans_sent,
             scans_dropped: Some(counts.scans_dropped),
+            scans_kept_by_faults: counts.scans_kept_by_faults,
             scans_missed: Some(counts.scans_missed),
             scans_unheard: Some(counts.scans_unheard),
             last_counter: counts.last_counter,
@@ -81,8 +84,14 @@ impl From<EmulatorCounts> for ScannerCounts {
 
 impl From<SerialCounts> for ScannerCounts {
     fn from(counts: SerialCounts) -> Self {
-        let SerialCounts { scans_sent, scans_dropped, bytes_lost } = counts;
-        Self { scans_sent, scans_dropped, bytes_lost: Some(bytes_lost), ..Self::default() }
+        let SerialCounts { scans_sent, scans_dropped, scans_kept_by_faults, bytes_lost } = counts;
+        Self {
+            scans_sent,
+            scans_dropped,
+            scans_kept_by_faults,
+            bytes_lost: Some(bytes_lost),
+            ..Self::default()
+        }
     }
 }
 

@@ -82,6 +82,8 @@ pub struct SerialCounts {
     /// Scan telegrams that did not reach the client: recorded ones that came faster than the line carries them, and those that faults still held back at the
     /// end. None where neither can be.
     pub scans_dropped: Option<u64>,
+    /// Scan telegrams, of those sent, that faults have kept from the client; none where nothing can go wrong there.
+    pub scans_kept_by_faults: Option<u64>,
     /// Bytes lost because the client did not take them.
     pub bytes_lost: u64,
 }

@@ -52,13 +52,14 @@ impl SerialEmulator {
     /// Tells what it has done.
     pub fn counting(&self) -> impl Fn() -> SerialCounts + Send + Sync + use<> {
         let counted = Arc::clone(&self.counts);
-        let (queue, may_fail) = (self.queue.clone(), self.faults.is_some());
+        let (queue, faults) = (self.queue.clone(), self.faults.clone());
         move || {
             let given_up = counted.given_up.load(Ordering::Relaxed);
             let (dropped, lost) = queue.as_ref().map_or((0, 0), |queue| (queue.dropped(), queue.lost()));
             SerialCounts {
                 scans_sent: counted.sent.load(Ordering::Relaxed).saturating_sub(lost + given_up),
-                scans_dropped: (queue.is_some() || may_fail).then_some(dropped + given_up),
+                scans_dropped: (queue.is_some() || faults.is_some()).then_some(dropped + given_up),
+                scans_kept_by_faults: faults.as_ref().map(StreamFaults::lost),
                 bytes_lost: counted.lost.load(Ordering::Relaxed),
             }
         }

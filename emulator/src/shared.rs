@@ -149,6 +149,8 @@ pub struct EmulatorCounts {
     pub scans_sent: u64,
     /// Scan telegrams a client was too slow to take.
     pub scans_dropped: u64,
+    /// Scan telegrams, of those sent, that faults have kept from their client; none where nothing can go wrong there.
+    pub scans_kept_by_faults: Option<u64>,
     /// Scans left out because the host was too slow for the mirror.
     pub scans_missed: u64,
     /// Scans measured while nobody took them.
@@ -174,6 +176,7 @@ impl Counts {
         EmulatorCounts {
             scans_sent: self.sent.load(Ordering::Relaxed),
             scans_dropped: self.dropped.load(Ordering::Relaxed),
+            scans_kept_by_faults: None,
             scans_missed: self.missed.load(Ordering::Relaxed),
             scans_unheard: self.unheard.load(Ordering::Relaxed),
             last_counter: self.numbered.load(Ordering::Relaxed).checked_sub(1).map(|counter| counter as u16),
@@ -284,7 +287,10 @@ impl Shared {
     /// What it has done so far.
     pub(crate) fn counted(&self) -> EmulatorCounts {
         let datagrams = self.datagrams.counts(&self.device());
-        EmulatorCounts { datagrams, ..self.counts.so_far() }
+        // Datagrams pass no stream's faults.
+        let faults = self.config.faults.as_ref().filter(|_| datagrams.is_none());
+        let scans_kept_by_faults = faults.map(StreamFaults::lost);
+        EmulatorCounts { datagrams, scans_kept_by_faults, ..self.counts.so_far() }
     }
 
     /// Lets `ask` have the device as it is now; the settings, if they were saved.

@@ -8,6 +8,7 @@ use tokio::sync::watch;
 
 use crate::clock::Clock;
 use crate::fault::Door;
+use crate::in_lane::ScanCounts;
 use crate::part::Part;
 use crate::plan::{Ended, Plan};
 use crate::telegram::Language;
@@ -53,17 +54,22 @@ impl Shared {
 pub struct StreamFaults {
     pub(crate) shared: Arc<Shared>,
     pub(crate) stream: usize,
-    held: InFlight,
+    pub(crate) scans: ScanCounts,
 }
 
 impl StreamFaults {
     pub(crate) fn new(shared: Arc<Shared>, stream: usize) -> Self {
-        Self { shared, stream, held: InFlight::default() }
+        Self { shared, stream, scans: ScanCounts::default() }
     }
 
     /// Scans on their way to clients that faults hold back. Whoever has handed them over has done so: no one else counts them.
     pub fn held(&self) -> &InFlight {
-        &self.held
+        self.scans.held()
+    }
+
+    /// Scans that faults have kept from clients for good: they were handed over, and count as sent there.
+    pub fn lost(&self) -> u64 {
+        self.scans.lost()
     }
 
     /// No more telegrams come: what waits for others to pass leaves, and the rest when it is due.
@@ -71,11 +77,12 @@ impl StreamFaults {
         self.shared.plan().end_stream(self.stream, Ended::Leaves);
     }
 
-    /// Gives up what is held back: it is lost. How many scans are.
+    /// Gives up what is held back: it is lost, and no part of [`Self::lost`]. How many scans are.
     pub fn give_up(&self) -> u64 {
         let mut plan = self.shared.plan();
         plan.end_stream(self.stream, Ended::Lost);
-        self.held.pending()
+        self.scans.give_up();
+        self.scans.held().pending()
     }
 
     /// When the first of what is held back may leave. It goes on as long as something leaves.

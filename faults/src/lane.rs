@@ -3,10 +3,9 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use rowscan_ports::in_flight::{InFlight, Pending};
-
 use crate::event::Direction;
 use crate::fault::{Piece, Work};
+use crate::in_lane::{InLane, ScanCounts};
 use crate::plan::{Link, Plan};
 use crate::telegram::{Language, Mark, Tracker};
 
@@ -29,8 +28,8 @@ pub(crate) struct Lane {
     free: Duration,
     /// Telegrams that leave behind so many others.
     behind: Vec<(u32, Held)>,
-    /// Scans that wait.
-    scans: InFlight,
+    /// Scans that wait, and that are lost.
+    scans: ScanCounts,
     joined: Option<Joined>,
     /// So many telegrams are lost.
     dropping: u32,
@@ -45,19 +44,18 @@ struct Joined {
     held: Held,
 }
 
-/// Bytes, and the scans that are complete with them: each is pending until the last of them has left.
+/// Bytes, and the scans that are complete with them: each has left with the last of them.
 #[derive(Debug, Default)]
 struct Held {
     bytes: Vec<u8>,
-    scans: Vec<Pending>,
+    scans: Vec<InLane>,
 }
 
 /// A piece in the queue, with the scans that are complete with it.
 #[derive(Debug)]
 struct Queued {
     piece: Piece,
-    /// Dropped with it.
-    scans: Vec<Pending>,
+    scans: Vec<InLane>,
 }
 
 impl Held {
@@ -68,12 +66,12 @@ impl Held {
 }
 
 impl Lane {
-    /// `scans` counts those that wait in it.
+    /// `scans` counts those that wait in it, and those that are lost there.
     pub(crate) fn new(
         link: Link,
         language: Language,
         direction: Direction,
-        (flushes, scans): (u64, InFlight),
+        (flushes, scans): (u64, ScanCounts),
     ) -> Self {
         Self {
             scans,
@@ -128,10 +126,26 @@ impl Lane {
         plan.telegram_done(self.link, mark, now);
     }
 
+    /// Bytes that go nowhere, and that no fault acts on any more: the connection is dead or closed, and whoever writes does not know.
+    pub(crate) fn swallow(&mut self, bytes: &[u8]) {
+        self.seen += bytes.len() as u64;
+        self.tracker.push(bytes);
+        while let Some(mark) = self.tracker.next() {
+            drop(self.in_lane(&mark));
+        }
+    }
+
     /// Takes bytes.
     pub(crate) fn push(&mut self, bytes: &[u8], now: Duration, plan: &mut Plan) {
         if plan.vanishes(self.link, self.direction) {
-            return self.observe(bytes, now, plan);
+            self.seen += bytes.len() as u64;
+            plan.comes(self.link, self.direction, bytes.len());
+            self.tracker.push(bytes);
+            while let Some(mark) = self.tracker.next() {
+                drop(self.in_lane(&mark));
+                self.pass_by(&mark, now, plan);
+            }
+            return;
         }
         self.seen += bytes.len() as u64;
         plan.comes(self.link, self.direction, bytes.len());
@@ -152,7 +166,7 @@ impl Lane {
                 // Its beginning has passed.
                 let rest = (mark.offset + mark.len as u64).saturating_sub(base);
                 let bytes = self.take(usize::try_from(rest).unwrap_or(usize::MAX));
-                let held = Held { bytes, scans: self.pending(&mark) };
+                let held = Held { bytes, scans: self.in_lane(&mark) };
                 self.pass(held, now, plan);
                 self.pass_by(&mark, now, plan);
                 continue;
@@ -166,6 +180,7 @@ impl Lane {
     fn act(&mut self, bytes: Vec<u8>, mark: &Mark, now: Duration, plan: &mut Plan) {
         if self.dropping > 0 {
             self.dropping -= 1;
+            drop(self.in_lane(mark));
             plan.telegram(self.link, self.direction, mark, now, None);
             plan.lost(self.link, self.direction, mark, now);
             return plan.telegram_done(self.link, mark, now);
@@ -173,18 +188,18 @@ impl Lane {
         let regions = mark.kind.regions(bytes.len());
         let mut work = Work::new(bytes, regions, mark.kind.foreign(self.direction));
         plan.telegram(self.link, self.direction, mark, now, Some(&mut work));
-        let scans = self.pending(mark);
+        let scans = self.in_lane(mark);
         self.place(work, scans, now, plan);
         plan.telegram_done(self.link, mark, now);
     }
 
-    /// What counts a scan for as long as it is held.
-    fn pending(&self, mark: &Mark) -> Vec<Pending> {
+    /// What counts a scan as held until it has left, or is lost.
+    fn in_lane(&self, mark: &Mark) -> Vec<InLane> {
         mark.is_scan.then(|| self.scans.enter()).into_iter().collect()
     }
 
     /// Puts a telegram where the faults want it.
-    fn place(&mut self, work: Work, scans: Vec<Pending>, now: Duration, plan: &mut Plan) {
+    fn place(&mut self, work: Work, scans: Vec<InLane>, now: Duration, plan: &mut Plan) {
         if let Some(further) = work.drop {
             self.dropping = further;
             return;
@@ -251,7 +266,7 @@ impl Lane {
     fn enqueue(
         &mut self,
         pieces: &[(Vec<u8>, Duration)],
-        scans: Vec<Pending>,
+        scans: Vec<InLane>,
         now: Duration,
         plan: &mut Plan,
     ) {
@@ -341,7 +356,15 @@ impl Lane {
         front.bytes.drain(..bytes);
         self.queued -= bytes;
         if front.bytes.is_empty() {
-            self.queue.pop_front();
+            let gone = self.queue.pop_front().into_iter().flat_map(|queued| queued.scans);
+            gone.for_each(InLane::leave);
+        }
+    }
+
+    /// The first piece has nowhere to go.
+    pub(crate) fn lose_first(&mut self) {
+        if let Some(lost) = self.queue.pop_front() {
+            self.queued -= lost.piece.bytes.len();
         }
     }
 }

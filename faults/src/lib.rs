@@ -42,6 +42,7 @@ mod control;
 mod event;
 mod fault;
 mod handle;
+mod in_lane;
 mod instance;
 mod kinds;
 mod lane;

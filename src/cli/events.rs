@@ -34,6 +34,9 @@ pub(super) struct Counted {
     /// Telegrams that clients were too slow to take.
     #[serde(skip_serializing_if = "Option::is_none")]
     scans_dropped: Option<u64>,
+    /// Telegrams, of those sent, that faults have kept from their client.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scans_kept_by_faults: Option<u64>,
     /// Scans left out because the host was too slow.
     #[serde(skip_serializing_if = "Option::is_none")]
     scans_missed: Option<u64>,
@@ -64,11 +67,19 @@ pub(super) struct Counted {
 impl From<ScannerCounts> for Counted {
     fn from(counts: ScannerCounts) -> Self {
         let ScannerCounts {
-            scans_sent, scans_dropped, scans_missed, connections, bytes_lost, datagrams, ..
+            scans_sent,
+            scans_dropped,
+            scans_kept_by_faults,
+            scans_missed,
+            connections,
+            bytes_lost,
+            datagrams,
+            ..
         } = counts;
         Self {
             scans_sent,
             scans_dropped,
+            scans_kept_by_faults,
             scans_missed,
             connections_refused: connections.map(|of| of.refused),
             connections_silent: connections.map(|of| of.silent),
@@ -106,14 +117,23 @@ pub(super) fn tell_ends(format: Format, streams: &[End<'_>]) -> Result<(), Failu
 
 /// What a scanner has done, for people.
 pub(super) fn told(counts: &ScannerCounts) -> String {
-    let ScannerCounts { scans_sent, scans_dropped, scans_missed, connections, bytes_lost, datagrams, .. } =
-        counts;
+    let ScannerCounts {
+        scans_sent,
+        scans_dropped,
+        scans_kept_by_faults,
+        scans_missed,
+        connections,
+        bytes_lost,
+        datagrams,
+        ..
+    } = counts;
     let mut text = format!("{scans_sent} scans sent");
     let mut add = |count: &Option<u64>, what: &str| {
         if let Some(count) = count {
             text += &format!(", {count} {what}");
         }
     };
+    add(scans_kept_by_faults, "of them kept from clients by faults");
     add(scans_dropped, "dropped for slow clients");
     add(scans_missed, "missed by a slow host");
     add(bytes_lost, "bytes not taken");

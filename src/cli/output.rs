@@ -86,7 +86,8 @@ pub(super) fn tell_latency(format: Format, latency: &dyn Serialize) -> Result<()
     }
 }
 
-/// Writes flat rows: as a table, a JSON array, one JSON object a line, or CSV. Column names are the rows' keys.
+/// Writes rows: as a table, a JSON array, one JSON object a line, or CSV. Column names are the rows' keys; in CSV, the fields of a record in a row are columns
+/// of their own, `name.field`.
 pub(super) fn print_rows<T: Serialize>(format: Format, rows: &[T]) -> Result<(), Failure> {
     print_all(format, &rows.iter().map(|row| row as &dyn Serialize).collect::<Vec<_>>())
 }
@@ -109,12 +110,14 @@ fn print_all(format: Format, rows: &[&dyn Serialize]) -> Result<(), Failure> {
         }
         Format::Csv => {
             let mut writer = csv::Writer::from_writer(Vec::new());
-            for (index, row) in rows.iter().enumerate() {
-                let fields = fields(*row)?;
-                if index == 0 {
-                    writer.write_record(fields.iter().map(|(key, _)| key)).map_err(csv_failure)?;
-                }
-                writer.write_record(fields.iter().map(|(_, value)| plain(value))).map_err(csv_failure)?;
+            let rows: Vec<_> = rows.iter().map(|row| fields(*row).map(flat)).collect::<Result<_, _>>()?;
+            let columns = columns(&rows);
+            writer.write_record(&columns).map_err(csv_failure)?;
+            for row in &rows {
+                let cell = |name: &String| row.iter().find(|field| field.0 == *name);
+                let cells =
+                    columns.iter().map(|name| cell(name).map_or_else(String::new, |(_, value)| plain(value)));
+                writer.write_record(cells).map_err(csv_failure)?;
             }
             let bytes = writer.into_inner().map_err(|error| stdout_failure(error.into_error()))?;
             print(&String::from_utf8_lossy(&bytes))
@@ -216,11 +219,48 @@ fn fields(row: &dyn Serialize) -> Result<Vec<(String, Value)>, Failure> {
     }
 }
 
+/// Fields whose values are no records: of one that is, its own fields follow, as `name.field`.
+fn flat(fields: Vec<(String, Value)>) -> Vec<(String, Value)> {
+    let inner = |(name, value): (String, Value)| match value {
+        Value::Object(map) => {
+            flat(map.into_iter().map(|(key, value)| (format!("{name}.{key}"), value)).collect())
+        }
+        value => vec![(name, value)],
+    };
+    fields.into_iter().flat_map(inner).collect()
+}
+
+/// The columns of all rows: of rows that lack some, too. A record that is unknown in one row has its fields' columns where it is known in another.
+fn columns(rows: &[Vec<(String, Value)>]) -> Vec<String> {
+    let mut columns: Vec<String> = Vec::new();
+    for row in rows {
+        let mut next = 0;
+        for (name, _) in row {
+            match columns.iter().position(|column| column == name) {
+                Some(found) => next = found + 1,
+                None => {
+                    columns.insert(next, name.clone());
+                    next += 1;
+                }
+            }
+        }
+    }
+    let is_record = |name: &String| {
+        columns
+            .iter()
+            .any(|other| other.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('.')))
+    };
+    columns.iter().filter(|name| !is_record(name)).cloned().collect()
+}
+
 fn plain(value: &Value) -> String {
     match value {
         Value::Null => String::new(),
         Value::String(text) => text.clone(),
-        Value::Array(items) => items.iter().map(plain).collect::<Vec<_>>().join("; "),
+        // A list of records stays JSON.
+        Value::Array(items) if !items.iter().any(|item| item.is_object() || item.is_array()) => {
+            items.iter().map(plain).collect::<Vec<_>>().join("; ")
+        }
         other => other.to_string(),
     }
 }
@@ -272,6 +312,19 @@ mod tests {
         say_to(&mut heard, "a bell\u{7}");
         assert_eq!(String::from_utf8_lossy(&heard), "a bell\\u{7}\n");
         say_to(&mut Closed, "nobody");
+    }
+
+    #[test]
+    fn a_record_in_a_row_has_columns_of_its_own_and_rows_may_lack_some() {
+        let rows = [
+            serde_json::json!({ "class": "a", "holds": null, "n": 1 }),
+            serde_json::json!({ "class": "b", "holds": { "share": 0.5, "low": 0.1 }, "n": 2 }),
+            serde_json::json!({ "class": "c", "why": "short", "n": 3 }),
+        ];
+        let rows: Vec<_> = rows.iter().map(|row| fields(row).map(flat).expect("fields")).collect();
+        assert_eq!(columns(&rows), ["class", "why", "holds.share", "holds.low", "n"]);
+        let lists = [serde_json::json!([1, null, "a"]), serde_json::json!([{ "a": 1 }, { "a": 2 }])];
+        assert_eq!(lists.each_ref().map(plain), ["1; ; a", "[{\"a\":1},{\"a\":2}]"]);
     }
 
     #[test]

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::appraisal::Appraisal;
 use crate::archive::{Archive, Depends};
 use crate::fine_scan::fine_scan;
+use crate::moments;
 use crate::notes::RowNotes;
 use crate::reading::ReadingError;
 use crate::trial::{Trial, TrialError};
@@ -36,16 +37,18 @@ pub struct Compared {
     pub estimator: &'static str,
     /// The quantity.
     pub quantity: Quantity,
-    /// Rows or trees with a value and a truth that is not zero.
+    /// Rows or trees with a value and a truth that is not zero. As all that follows, its numbers are of them.
     pub n: usize,
+    /// Rows or trees with such a truth that the estimator gives no value for.
+    pub without: usize,
     /// Mean of the truths.
-    pub truth_mean: f64,
+    pub truth_mean: Option<f64>,
     /// Mean of value / truth − 1.
-    pub bias: f64,
-    /// Standard deviation of value / truth over its mean.
-    pub cv: f64,
+    pub bias: Option<f64>,
+    /// Standard deviation of value / truth over its mean; from two on.
+    pub cv: Option<f64>,
     /// The same of the mean of all *other* rows' truths, taken for each: the estimate of someone who does not scan.
-    pub null_cv: f64,
+    pub null_cv: Option<f64>,
     /// Share of the sampling errors at 95 % that hold the truth, where there is one: below 0.95 by what is not sampling.
     pub sampling_holds: Option<f64>,
 }
@@ -171,23 +174,26 @@ fn compared(scene: &str, rows: &[Row]) -> Vec<Compared> {
             let pairs: Vec<_> = rows.iter().flat_map(|row| &row.pairs).filter(of).collect();
             let known: Vec<(f64, f64)> = pairs
                 .iter()
+                .filter(|(_, _, truth)| *truth > 0.0)
                 .filter_map(|(_, measure, truth)| Some((measure.value?, *truth)))
-                .filter(|(_, truth)| *truth > 0.0)
                 .collect();
+            let without =
+                pairs.iter().filter(|(_, measure, truth)| *truth > 0.0 && measure.value.is_none()).count();
             let ratios: Vec<f64> = known.iter().map(|(value, truth)| value / truth).collect();
             let (total, n) = (known.iter().map(|(_, truth)| truth).sum::<f64>(), known.len());
             let others = |truth: f64| (total - truth) / (n as f64 - 1.0);
             let null: Vec<f64> = known.iter().map(|(_, truth)| others(*truth) / truth).collect();
             let held = pairs.iter().filter_map(|(_, m, truth)| Some((m.low?..=m.high?).contains(truth)));
             let held: Vec<bool> = held.collect();
-            (n > 0).then(|| Compared {
+            (n + without > 0).then(|| Compared {
                 scene: scene.to_owned(),
                 scope,
                 estimator,
                 quantity,
                 n,
-                truth_mean: total / n as f64,
-                bias: mean(&ratios) - 1.0,
+                without,
+                truth_mean: (n > 0).then(|| total / n as f64),
+                bias: (n > 0).then(|| mean(&ratios) - 1.0),
                 cv: cv(&ratios),
                 null_cv: cv(&null),
                 sampling_holds: (!held.is_empty())
@@ -218,16 +224,30 @@ fn mean(values: &[f64]) -> f64 {
     rowscan_canopy::regression::mean(values)
 }
 
-fn cv(values: &[f64]) -> f64 {
-    let middle = mean(values);
-    let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();
-    (squares / (values.len() as f64 - 1.0).max(1.0)).sqrt() / middle
+/// The standard deviation over the mean; one value alone has none.
+fn cv(values: &[f64]) -> Option<f64> {
+    let (mean, sd) = moments(values);
+    sd.map(|sd| sd / mean)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use rowscan_scenes::files;
+
+    fn row(value: Option<f64>, truth: f64) -> Row {
+        let measure = Measure::new("contact", Quantity::LeafArea, value);
+        Row { pairs: vec![(Scope::Row, measure, truth)], cuts: Vec::new(), planted: 0 }
+    }
+
+    #[test]
+    fn an_estimator_without_a_number_has_a_line_and_one_row_alone_has_no_scatter() {
+        let none = compared("s", &[row(None, 4.0), row(None, 5.0)]);
+        assert_eq!((none[0].n, none[0].without, none[0].bias, none[0].cv), (0, 2, None, None));
+        let one = compared("s", &[row(Some(5.0), 4.0), row(None, 5.0), row(Some(1.0), 0.0)]);
+        assert_eq!((one[0].n, one[0].without, one[0].truth_mean), (1, 1, Some(4.0)));
+        assert_eq!((one[0].bias, one[0].cv, one[0].null_cv), (Some(0.25), None, None));
+    }
 
     fn finer(scene: &str) -> Vec<Measure> {
         let stage =

@@ -74,20 +74,22 @@ pub struct PiecesFound {
     pub distance_m: f64,
     /// `tree`, or the piece's length; `band` and `tree band` are bands of height of rows and of trees, all heights taken as one row.
     pub piece: String,
-    /// Pieces.
+    /// Pieces that have a number.
     pub pieces: usize,
-    /// Correlation of estimate and truth, both over their row's mean; as measured.
+    /// Rows whose leaf area is withheld when measured this way: none of their pieces has a number.
+    pub rows_withheld: usize,
+    /// Correlation of estimate and truth, both over their row's mean; as measured. As all that follows: `None` where fewer than three pieces have a number.
     pub r: Option<f64>,
     /// Standard deviation of the error of both over their row's mean; as measured.
-    pub error_sd: f64,
+    pub error_sd: Option<f64>,
     /// Standard deviation of the truth over its row's mean.
-    pub truth_sd: f64,
+    pub truth_sd: Option<f64>,
     /// Share of the variance of measured pieces that is true.
-    pub reliability: f64,
+    pub reliability: Option<f64>,
     /// Root mean square of estimate − truth over the row's true mean, as measured; the row's own error is part of it.
-    pub rmse_unshrunk: f64,
+    pub rmse_unshrunk: Option<f64>,
     /// The same of what the estimate calls the leaf area.
-    pub rmse: f64,
+    pub rmse: Option<f64>,
     /// Share of the intervals that hold the truth; `None` of pieces that an estimate does not list.
     pub holds: Option<f64>,
     /// Half of an interval's width over the row's true mean.
@@ -106,12 +108,15 @@ pub(crate) struct Pair {
     pub(crate) truth_m2: f64,
 }
 
-/// The pieces of one row, by one way.
+/// The pieces of one row, by one way; no kinds where it withholds the row.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct RowPieces {
     way: Way,
-    kinds: Vec<(String, f64, Vec<Pair>)>,
+    kinds: Vec<(String, Vec<Pair>)>,
 }
+
+/// Fewest pieces whose scatter is told.
+const FEWEST: usize = 3;
 
 /// Tries everything; `done` hears of every pass that is through.
 ///
@@ -191,11 +196,12 @@ fn pass(
         .into_iter()
         .map(|(count, mut pipeline)| (count, pipeline.finish()))
         .inspect(|(_, estimate)| notes.add(estimate))
-        // A row whose shares contact does not bear out goes by contact: it tells nothing of shares.
-        .filter(|(count, estimate)| (*count == "share") == estimate.leaf.areas.share_m2().is_ok())
-        .map(|(count, estimate)| RowPieces {
-            way: Way { count, beams },
-            kinds: [kinds(&estimate, &truth, spacing_m), band_kinds(&estimate, &bands)].concat(),
+        .map(|(count, estimate)| {
+            // A row whose shares contact does not bear out goes by contact: it tells nothing of shares.
+            let has_shares = estimate.leaf.areas.share_m2().is_ok();
+            let is_told = estimate.leaf.areas.best_m2().is_ok() && (count == "share") == has_shares;
+            let kinds = || [kinds(&estimate, &truth, spacing_m), band_kinds(&estimate, &bands)].concat();
+            RowPieces { way: Way { count, beams }, kinds: is_told.then(kinds).unwrap_or_default() }
         })
         .collect())
 }
@@ -236,18 +242,18 @@ pub(crate) fn trees(estimate: &Estimate, truth: &TruthBySlab, spacing_m: f64) ->
     whole.filter_map(|tree| pair(&tree.leaf, tree.y_m, spacing_m, truth)).collect()
 }
 
-fn kinds(estimate: &Estimate, truth: &TruthBySlab, spacing_m: f64) -> Vec<(String, f64, Vec<Pair>)> {
+fn kinds(estimate: &Estimate, truth: &TruthBySlab, spacing_m: f64) -> Vec<(String, Vec<Pair>)> {
     let whole = estimate.slices.iter().filter(|slice| slice.scanned_m >= WHOLE);
     let metres: Vec<Pair> = whole.filter_map(|slice| pair(&slice.leaf, slice.y_m, 1.0, truth)).collect();
-    let mut kinds = vec![("tree".to_owned(), spacing_m, trees(estimate, truth, spacing_m))];
+    let mut kinds = vec![("tree".to_owned(), trees(estimate, truth, spacing_m))];
     for count in METRES {
-        kinds.push((format!("{count} m"), count as f64, metres.chunks_exact(count).map(joined).collect()));
+        kinds.push((format!("{count} m"), metres.chunks_exact(count).map(joined).collect()));
     }
     kinds
 }
 
 /// The bands of an estimate beside their truth: those of the row, and those of its whole trees. Bands without a leaf are left out.
-fn band_kinds(estimate: &Estimate, truth: &TruthByBand) -> Vec<(String, f64, Vec<Pair>)> {
+fn band_kinds(estimate: &Estimate, truth: &TruthByBand) -> Vec<(String, Vec<Pair>)> {
     let Some(profile) = &estimate.profile else { return Vec::new() };
     let pairs = |bands: &[BandEstimate], truth_m2: Option<Vec<f64>>| -> Vec<Pair> {
         let of_truth = truth_m2.into_iter().flatten();
@@ -265,8 +271,8 @@ fn band_kinds(estimate: &Estimate, truth: &TruthByBand) -> Vec<(String, f64, Vec
         Some(pairs(&told.bands, truth.of_tree(tree.tree, told.bands.len())))
     });
     vec![
-        ("band".to_owned(), 1.0, pairs(&profile.row, truth.of_row(estimate, profile.row.len()))),
-        ("tree band".to_owned(), 1.0, of_trees.flatten().collect()),
+        ("band".to_owned(), pairs(&profile.row, truth.of_row(estimate, profile.row.len()))),
+        ("tree band".to_owned(), of_trees.flatten().collect()),
     ]
 }
 
@@ -287,17 +293,17 @@ fn joined(metres: &[Pair]) -> Pair {
 type Place<'a> = (&'a str, &'static str, f64);
 
 fn summed_up(way: Way, place: Place<'_>, rows: &[&RowPieces]) -> Vec<PiecesFound> {
-    let names: Vec<&String> =
-        rows.first().map_or_else(Vec::new, |row| row.kinds.iter().map(|kind| &kind.0).collect());
+    let withheld = rows.iter().filter(|row| row.kinds.is_empty()).count();
+    let told = rows.iter().find(|row| !row.kinds.is_empty());
+    let names: Vec<&str> =
+        told.map_or(vec!["tree"], |row| row.kinds.iter().map(|kind| kind.0.as_str()).collect());
+    // Beams that no row was tried by have no line.
+    let names = names.into_iter().filter(|_| !rows.is_empty());
     names
-        .into_iter()
-        .filter_map(|name| {
-            let of_kind: Vec<&[Pair]> = rows
-                .iter()
-                .filter_map(|row| row.kinds.iter().find(|kind| kind.0 == *name))
-                .map(|kind| kind.2.as_slice())
-                .collect();
-            kind_summed_up(way, place, name, &of_kind)
+        .map(|name| {
+            let of_kind = rows.iter().filter_map(|row| row.kinds.iter().find(|kind| kind.0 == *name));
+            let of_kind: Vec<&[Pair]> = of_kind.map(|kind| kind.1.as_slice()).collect();
+            kind_summed_up(way, place, name, withheld, &of_kind)
         })
         .collect()
 }
@@ -306,8 +312,9 @@ fn kind_summed_up(
     way: Way,
     (scenes, model, distance_m): Place<'_>,
     piece: &str,
+    rows_withheld: usize,
     rows: &[&[Pair]],
-) -> Option<PiecesFound> {
+) -> PiecesFound {
     let (mut found, mut truths, mut unshrunk, mut drawn) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut intervals = Vec::new();
     for row in rows {
@@ -330,9 +337,7 @@ fn kind_summed_up(
                 }));
         }
     }
-    if found.len() < 3 {
-        return None;
-    }
+    let known = |value: f64| (found.len() >= FEWEST).then_some(value);
     let errors: Vec<f64> = found.iter().zip(&truths).map(|(found, truth)| found - truth).collect();
     let (error_sd, truth_sd, seen_sd) = (rms(&errors), rms(&truths), rms(&found));
     let own: Vec<f64> = rows
@@ -343,25 +348,27 @@ fn kind_summed_up(
         .collect();
     let products: Vec<f64> = found.iter().zip(&truths).map(|(found, truth)| found * truth).collect();
     let of_intervals = |of: fn(&(bool, f64)) -> f64| {
-        (!intervals.is_empty()).then(|| mean(&intervals.iter().map(of).collect::<Vec<_>>()))
+        let values: Vec<f64> = intervals.iter().map(of).collect();
+        (!values.is_empty()).then(|| mean(&values)).and_then(known)
     };
-    Some(PiecesFound {
+    PiecesFound {
         way,
         scenes: scenes.to_owned(),
         model,
         distance_m,
         piece: piece.to_owned(),
         pieces: found.len(),
-        r: Some(mean(&products) / (seen_sd * truth_sd)).filter(|r| r.is_finite()),
-        error_sd,
-        truth_sd,
-        reliability: truth_sd.powi(2) / (truth_sd.powi(2) + error_sd.powi(2)),
-        rmse_unshrunk: rms(&unshrunk),
-        rmse: rms(&drawn),
+        rows_withheld,
+        r: known(mean(&products) / (seen_sd * truth_sd)).filter(|r| r.is_finite()),
+        error_sd: known(error_sd),
+        truth_sd: known(truth_sd),
+        reliability: known(truth_sd.powi(2) / (truth_sd.powi(2) + error_sd.powi(2))),
+        rmse_unshrunk: known(rms(&unshrunk)),
+        rmse: known(rms(&drawn)),
         holds: of_intervals(|interval| f64::from(u8::from(interval.0))),
         half_width: of_intervals(|interval| interval.1),
-        median_error: median(own),
-    })
+        median_error: median(own).and_then(known),
+    }
 }
 
 /// The table that estimates take the error of pieces from: canopy's `pieces.csv`. Laws of the length are fitted to pieces of 1, 2 and 3 m.
@@ -376,8 +383,8 @@ pub fn table(found: &[PiecesFound], about: &str) -> String {
                 row.way == first.way && row.model == first.model && row.distance_m == first.distance_m
             })
         };
-        let law = |sd: fn(&PiecesFound) -> f64| {
-            let points = of_place().filter_map(|row| Some(((metres(row)? as f64).ln(), sd(row).ln())));
+        let law = |sd: fn(&PiecesFound) -> Option<f64>| {
+            let points = of_place().filter_map(|row| Some(((metres(row)? as f64).ln(), sd(row)?.ln())));
             let (x, y): (Vec<f64>, Vec<f64>) = points.unzip();
             let line = FittedLine::fit(&x, &y)?;
             let exponent = (-line.slope).clamp(0.0, 0.9);
@@ -406,12 +413,30 @@ mod tests {
     fn a_rows_own_error_is_none_of_its_pieces() {
         // Every metre 20 % high: pieces are right beside their row, and wrong by the row's error.
         let row: Vec<Pair> = [4.0, 5.0, 6.0, 5.0].map(|truth_m2| metre(1.2 * truth_m2, truth_m2)).to_vec();
-        let found = kind_summed_up(WAYS[1], ("spindle", "lms111", 2.0), "1 m", &[&row]).expect("pieces");
-        assert!(found.error_sd < 1e-12 && (found.r.expect("a correlation") - 1.0).abs() < 1e-12, "{found:?}");
+        let found = kind_summed_up(WAYS[1], ("spindle", "lms111", 2.0), "1 m", 0, &[&row]);
+        assert!(
+            found.error_sd.expect("told") < 1e-12 && (found.r.expect("a correlation") - 1.0).abs() < 1e-12,
+            "{found:?}"
+        );
         let truths: f64 = (0.04 * 2.0 / 4.0f64).sqrt();
-        assert!((found.truth_sd - truths).abs() < 1e-12 && found.reliability == 1.0, "{found:?}");
-        assert!((found.rmse_unshrunk - 0.2 * (1.0 + truths * truths).sqrt()).abs() < 1e-12, "{found:?}");
-        assert_eq!((found.rmse, found.holds, found.half_width), (0.0, Some(1.0), Some(0.1)));
+        assert!((found.truth_sd.expect("told") - truths).abs() < 1e-12, "{found:?}");
+        assert_eq!(found.reliability, Some(1.0));
+        let rmse = found.rmse_unshrunk.expect("told");
+        assert!((rmse - 0.2 * (1.0 + truths * truths).sqrt()).abs() < 1e-12, "{found:?}");
+        assert_eq!((found.rmse, found.holds, found.half_width), (Some(0.0), Some(1.0), Some(0.1)));
+    }
+
+    #[test]
+    fn rows_that_are_withheld_are_counted_and_too_few_pieces_have_no_scatter() {
+        let row = |kinds: Vec<(String, Vec<Pair>)>| RowPieces { way: WAYS[2], kinds };
+        let two = row(vec![("tree".to_owned(), vec![metre(4.0, 4.5), metre(5.0, 6.0)])]);
+        let place = ("spindle", "lms111", 2.0);
+        let found = summed_up(WAYS[2], place, &[&two, &row(Vec::new()), &row(Vec::new())]);
+        assert_eq!((found[0].pieces, found[0].rows_withheld), (2, 2));
+        assert_eq!((found[0].r, found[0].rmse, found[0].median_error), (None, None, None));
+        let none = summed_up(WAYS[2], place, &[&row(Vec::new())]);
+        assert_eq!((none[0].pieces, none[0].rows_withheld, none[0].error_sd), (0, 1, None));
+        assert!(summed_up(WAYS[2], place, &[]).is_empty(), "rows without shares were not tried");
     }
 
     #[test]
@@ -421,11 +446,11 @@ mod tests {
         assert_eq!(of(2)[0].interval_m2, None);
         let found: Vec<PiecesFound> = METRES
             .iter()
-            .filter_map(|&count| {
+            .map(|&count| {
                 let (two, row) =
                     ([metre(4.0, 4.5), metre(5.0, 6.0), metre(6.5, 5.0), metre(4.0, 4.0)], of(count));
                 let both = [row, two.to_vec()].concat();
-                kind_summed_up(WAYS[0], ("spindle", "lms111", 1.0), &format!("{count} m"), &[&both])
+                kind_summed_up(WAYS[0], ("spindle", "lms111", 1.0), &format!("{count} m"), 0, &[&both])
             })
             .collect();
         let text = table(&found, "# made here\n");

@@ -78,7 +78,8 @@ impl SeenFrom {
     }
 }
 
-/// Rows scanned one way, over all seeds of a scene.
+/// Rows scanned one way, over all seeds of a scene. The ways are held against each other, so their numbers are of the rows that every way tells; `None` where
+/// there are too few of them.
 #[derive(Clone, Debug, Serialize)]
 pub struct SidesFound {
     /// The scene.
@@ -89,22 +90,24 @@ pub struct SidesFound {
     pub beams: &'static str,
     /// From where.
     pub from: SeenFrom,
-    /// Rows that were told.
+    /// Rows that every way tells.
     pub rows: usize,
+    /// Rows whose leaf area this way withholds.
+    pub withheld: usize,
     /// Mean of estimate / truth − 1.
-    pub bias: f64,
-    /// Its standard deviation.
-    pub sd: f64,
+    pub bias: Option<f64>,
+    /// Its standard deviation; from two rows on.
+    pub sd: Option<f64>,
     /// Share of the intervals that hold the truth; `None` of a mean of two estimates, which has none.
     pub holds: Option<f64>,
     /// Half of an interval's width over the estimate.
     pub half_width: Option<f64>,
     /// Voxels that too few beams entered, of all.
-    pub hidden: f64,
+    pub hidden: Option<f64>,
     /// Root mean square of a tree's estimate − truth, as measured, over the row's true mean.
-    pub tree_rmse: f64,
+    pub tree_rmse: Option<f64>,
     /// Standard deviation of a tree's error, both over their row's mean.
-    pub tree_sd: f64,
+    pub tree_sd: Option<f64>,
 }
 
 /// A row, scanned one way.
@@ -115,6 +118,9 @@ struct RowFound {
     hidden: f64,
     trees: Vec<Pair>,
 }
+
+/// A row by every way, in the order of [`WAYS`]; `None` where a way withholds its leaf area.
+type RowByWay = [Option<RowFound>; 4];
 
 /// One from either alley.
 const PASSES_A_ROW: usize = 2;
@@ -137,7 +143,7 @@ pub fn try_sides(
     for scene in &asked.scenes {
         for model in &asked.models {
             for eye in [false, true] {
-                let rows: Vec<Option<[RowFound; 4]>> = asked
+                let rows: Vec<RowByWay> = asked
                     .seeds
                     .par_iter()
                     .map(|seed| {
@@ -149,14 +155,8 @@ pub fn try_sides(
                         row
                     })
                     .collect::<Result<_, _>>()?;
-                let rows: Vec<[RowFound; 4]> = rows.into_iter().flatten().collect();
                 let beams = if eye { "eye" } else { "rays" };
-                let name = scene.name.clone();
-                let ways = WAYS.iter().enumerate();
-                found.extend(ways.filter_map(|(way, from)| {
-                    let of_way: Vec<&RowFound> = rows.iter().filter_map(|row| row.get(way)).collect();
-                    summed_up(&name, model.name(), beams, *from, &of_way)
-                }));
+                found.extend(all_ways((&scene.name, model.name(), beams), &rows));
             }
         }
     }
@@ -174,8 +174,7 @@ fn from_other_alley(mut scene: Scene) -> Scene {
     scene
 }
 
-/// None where an estimate is withheld.
-fn row(scene: Scene, model: AnyModel, notes: &mut RowNotes) -> Result<Option<[RowFound; 4]>, SidesError> {
+fn row(scene: Scene, model: AnyModel, notes: &mut RowNotes) -> Result<RowByWay, SidesError> {
     let near = Stage::grow(scene.clone(), &|_, _| {}).map_err(TrialError::from)?;
     let far = near.beside(from_other_alley(scene));
     let pipeline = |stage: &Stage| -> Result<_, TrialError> {
@@ -188,12 +187,13 @@ fn row(scene: Scene, model: AnyModel, notes: &mut RowNotes) -> Result<Option<[Ro
     each_scan(&far, model, asked, &mut |scan| other.push(scan))?;
     let from_other = other.finish();
     let heading = Heading { start_m: far.rig.start_m, back: false };
-    let side = Arc::new(other.other_side(heading)?);
     let (mut one, asked) = pipeline(&near)?;
-    let mut both = one.clone().joined_with(side)?;
+    // A pass that tells nothing has nothing to join.
+    let side = other.other_side(heading).ok().map(Arc::new);
+    let mut both = side.map(|side| one.clone().joined_with(side)).transpose()?;
     each_scan(&near, model, asked, &mut |scan| {
         one.push(scan);
-        both.push(scan);
+        both.iter_mut().for_each(|both| both.push(scan));
     })?;
     let truth_m2 = near.orchard.truth().leaf_area_m2;
     let (slabs, spacing_m) = (TruthBySlab::of(&near), near.rig.tree_spacing_m.unwrap_or(1.0));
@@ -211,11 +211,11 @@ fn row(scene: Scene, model: AnyModel, notes: &mut RowNotes) -> Result<Option<[Ro
             trees: trees(estimate, &slabs, spacing_m),
         })
     };
-    let estimates = [one.finish(), from_other, both.finish()];
-    estimates.iter().for_each(|estimate| notes.add(estimate));
-    let [Some(one), Some(other), Some(both)] = estimates.each_ref().map(found) else { return Ok(None) };
-    let mean = mean_of(&one, &other);
-    Ok(Some([one, other, both, mean]))
+    let estimates = [Some(one.finish()), Some(from_other), both.map(|mut both| both.finish())];
+    estimates.iter().flatten().for_each(|estimate| notes.add(estimate));
+    let [one, other, both] = estimates.each_ref().map(|estimate| found(estimate.as_ref()?));
+    let mean = one.as_ref().zip(other.as_ref()).map(|(one, other)| mean_of(one, other));
+    Ok([one, other, both, mean])
 }
 
 /// The mean of two estimates of a row.
@@ -235,19 +235,30 @@ fn mean_of(one: &RowFound, other: &RowFound) -> RowFound {
     }
 }
 
+/// The scene, the scanner, and `rays` or `eye`.
+type Place<'a> = (&'a str, &'static str, &'static str);
+
+fn all_ways(place: Place<'_>, rows: &[RowByWay]) -> Vec<SidesFound> {
+    let told: Vec<&RowByWay> = rows.iter().filter(|row| row.iter().all(Option::is_some)).collect();
+    let ways = WAYS.iter().enumerate().map(|(way, from)| {
+        let of_way: Vec<&RowFound> = told.iter().filter_map(|row| row.get(way)?.as_ref()).collect();
+        let withheld = rows.iter().filter(|row| row.get(way).is_some_and(Option::is_none)).count();
+        summed_up(place, *from, withheld, &of_way)
+    });
+    ways.collect()
+}
+
 fn summed_up(
-    scene: &str,
-    model: &'static str,
-    beams: &'static str,
+    (scene, model, beams): Place<'_>,
     from: SeenFrom,
+    withheld: usize,
     rows: &[&RowFound],
-) -> Option<SidesFound> {
+) -> SidesFound {
+    let known = |values: &[f64], of: fn(&[f64]) -> f64| (!values.is_empty()).then(|| of(values));
     let ratios: Vec<f64> = rows.iter().map(|row| row.ratio - 1.0).collect();
-    let (bias, Some(sd)) = moments(&ratios) else { return None };
     let intervals: Vec<(bool, f64)> = rows.iter().filter_map(|row| row.interval).collect();
-    let of_intervals = |of: fn(&(bool, f64)) -> f64| {
-        (!intervals.is_empty()).then(|| mean(&intervals.iter().map(of).collect::<Vec<_>>()))
-    };
+    let of_intervals =
+        |of: fn(&(bool, f64)) -> f64| known(&intervals.iter().map(of).collect::<Vec<_>>(), mean);
     let (mut errors, mut apart) = (Vec::new(), Vec::new());
     for row in rows {
         let of_row = |of: fn(&Pair) -> f64| mean(&row.trees.iter().map(of).collect::<Vec<_>>());
@@ -257,18 +268,59 @@ fn summed_up(
             apart.push(tree.unshrunk_m2 / found_m2 - tree.truth_m2 / truth_m2);
         }
     }
-    Some(SidesFound {
+    SidesFound {
         scene: scene.to_owned(),
         model,
         beams,
         from,
         rows: rows.len(),
-        bias,
-        sd,
+        withheld,
+        bias: known(&ratios, mean),
+        sd: moments(&ratios).1,
         holds: of_intervals(|interval| f64::from(u8::from(interval.0))),
         half_width: of_intervals(|interval| interval.1),
-        hidden: mean(&rows.iter().map(|row| row.hidden).collect::<Vec<_>>()),
-        tree_rmse: rms(&errors),
-        tree_sd: rms(&apart),
-    })
+        hidden: known(&rows.iter().map(|row| row.hidden).collect::<Vec<_>>(), mean),
+        tree_rmse: known(&errors, rms),
+        tree_sd: known(&apart, rms),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(ratio: f64) -> Option<RowFound> {
+        Some(RowFound { ratio, interval: Some((true, 0.2)), hidden: 0.1, trees: Vec::new() })
+    }
+
+    /// The other alley withholds two rows, both as one none: all numbers are of the two rows that every way tells.
+    #[test]
+    fn ways_are_compared_on_the_rows_that_all_tell_and_what_each_withholds_is_counted() {
+        let rows = [
+            [row(1.1), row(0.9), row(1.0), row(1.0)],
+            [row(3.0), None, row(2.0), None],
+            [row(1.3), row(1.1), row(1.2), row(1.2)],
+            [row(3.0), None, row(2.0), None],
+        ];
+        let found = all_ways(("spindle", "lms111", "eye"), &rows);
+        let counts: Vec<_> = found.iter().map(|way| (way.rows, way.withheld)).collect();
+        assert_eq!(counts, [(2, 0), (2, 2), (2, 0), (2, 2)]);
+        let bias: Vec<_> = found.iter().map(|way| (way.bias.expect("told") * 1e3).round()).collect();
+        assert_eq!(bias, [200.0, 0.0, 100.0, 100.0]);
+    }
+
+    #[test]
+    fn rows_that_are_all_withheld_are_a_line_without_numbers() {
+        let found = all_ways(("spindle", "lms111", "eye"), &[[row(1.0), None, None, None]]);
+        let told: Vec<_> =
+            found.iter().map(|way| (way.rows, way.withheld, way.bias, way.sd, way.hidden)).collect();
+        assert_eq!(told[0], (0, 0, None, None, None));
+        assert_eq!(told[2], (0, 1, None, None, None));
+        let one = all_ways(("spindle", "lms111", "eye"), &[[row(1.1), row(1.1), row(1.1), row(1.1)]]);
+        assert_eq!(
+            (one[0].rows, one[0].bias.is_some(), one[0].sd),
+            (1, true, None),
+            "a row alone has no scatter"
+        );
+    }
 }

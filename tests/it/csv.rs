@@ -152,6 +152,14 @@ fn every_command_that_takes_csv_writes_a_header_and_rows() {
         let rows: Result<Vec<_>, _> = reader.records().collect();
         let rows = rows.expect("as many fields as the header");
         assert!(!rows.is_empty(), "{words} {arguments:?} wrote no row: {}", ended.stderr);
+        // A list of records is JSON as a whole.
+        let is_one = |cell: &str| match serde_json::from_str(cell) {
+            Ok(Value::Object(_)) => false,
+            Ok(_) => true,
+            Err(_) => !cell.starts_with(['{', '[']),
+        };
+        let record = rows.iter().flat_map(|row| row.iter().zip(&head)).find(|(cell, _)| !is_one(cell));
+        assert_eq!(record, None, "{words} {arguments:?}: a cell holds one value or one list");
     }
 }
 

@@ -7,6 +7,7 @@ use super::sums::Sums;
 use super::withheld::Withheld;
 use crate::calibration::wood::LEAST_LEAF;
 use crate::calibration::{Calibration, ClumpingBy, FittedRange, Optics, RegressionKind};
+use crate::class::RowClass;
 use crate::clumping::Clumping;
 use crate::row_pass::RowPass;
 
@@ -22,7 +23,7 @@ pub(crate) struct Law<'a> {
     calibration: Option<&'a Calibration>,
     /// Why no leaf area of this row is told, whichever way it is made.
     withheld: Option<Withheld>,
-    /// Share of what was met that is no wood, as far as the calibration tells of wood.
+    /// Share of what was met that is no wood, as far as the calibration, or else the row's class, tells of wood.
     leafy_share: f64,
     /// The calibration's regression on I_T, or why it says nothing here.
     regression: Result<RegressionKind, Withheld>,
@@ -76,7 +77,7 @@ impl RangedAreas {
 }
 
 impl<'a> Law<'a> {
-    pub(crate) fn of(pass: &RowPass, calibration: Option<&'a Calibration>) -> Self {
+    pub(crate) fn of(pass: &RowPass, calibration: Option<&'a Calibration>, class: Option<&RowClass>) -> Self {
         let (row, totals) = (&pass.row, pass.row.so_far());
         let withheld = if pass.rig.optics.is_none() {
             Some(Withheld::OpticsUnknown)
@@ -97,8 +98,11 @@ impl<'a> Law<'a> {
         let times = clumping.map_or(1.0, |clumping| clumping.times());
         let contact = Counted::by_hits(&totals, times, calibration);
         let spot_relative_sd = row.spot_relative_sd(clumping.as_ref());
-        let leafy_share =
-            calibration.map_or(1.0, |calibration| calibration.leafy_share(contact.raw_m2 / totals.canopy_m));
+        // Without a calibration wood counts as leaf, and all that tells of it is the row's class.
+        let leafy_share = match calibration {
+            Some(calibration) => calibration.leafy_share(contact.raw_m2 / totals.canopy_m),
+            None => 1.0 - class.and_then(|class| class.canopy.wood_share).unwrap_or(0.0),
+        };
         let mostly_wood = (leafy_share < LEAST_LEAF).then_some(Withheld::MostlyWood);
         Self {
             calibration,
@@ -123,7 +127,7 @@ impl<'a> Law<'a> {
         self.withheld.map_or(Ok(()), Err)
     }
 
-    /// Share of what was met that is no wood, as far as the calibration tells of wood.
+    /// Share of what was met that is no wood, as far as the calibration, or else the row's class, tells of wood.
     pub(crate) fn leafy_share(&self) -> f64 {
         self.leafy_share
     }

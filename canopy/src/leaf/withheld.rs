@@ -65,7 +65,7 @@ reasons! {
     EncoderJumped = 23, "encoder_jumped", "the encoder's count jumped as no tractor drives in more than 3 % of the scans";
     UnknownBeams = 24, "unknown_beams", "too many of the beams that look at the row have no range that could be known";
     GroundSlope = 25, "ground_slope", "the ground rises more than 5° otherwise than the rig says";
-    MostlyWood = 26, "mostly_wood", "three fifths and more of what was met is the wood of the rows that the calibration was fitted on";
+    MostlyWood = 26, "mostly_wood", "three fifths and more of what was met is wood, as the calibration's rows have it or by the row's class";
 }
 
 impl fmt::Display for Withheld {

@@ -95,7 +95,12 @@ impl fmt::Display for Warning {
                 let trees = plural((*trees).into(), "tree lies", "trees lie");
                 write!(f, "{trees} far outside the range {estimator} was fitted on: withheld")
             }
-            Self::MostlyWood { leaf } => write!(
+            Self::MostlyWood { leaf, calibrated: false } => write!(
+                f,
+                "{:.0} % of the row's surface is leaf, by its class (`wood_share`): leaf areas are withheld, because without a calibration wood counts as leaf",
+                leaf * 100.0
+            ),
+            Self::MostlyWood { leaf, calibrated: true } => write!(
                 f,
                 "{:.0} % of what was met is more than the wood of the calibration's rows (`[contact.wood]`, else by `class.canopy.wood_share`): leaf areas are withheld; is the row leafless, or another one than the calibration's?",
                 leaf * 100.0

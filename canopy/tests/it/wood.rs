@@ -1,7 +1,7 @@
 //! Wood that a calibration takes out of what beams meet.
 
-use rowscan_canopy::calibration::{CalibrationError, ContactScale, Wood};
-use rowscan_canopy::{Calibration, FitError, Pipeline, Sample, Withheld, fit};
+use rowscan_canopy::calibration::{CalibrationError, CanopyClass, ContactScale, Wood};
+use rowscan_canopy::{Calibration, FitError, Pipeline, RowClass, Sample, Withheld, fit};
 
 use crate::common::*;
 
@@ -123,6 +123,29 @@ fn a_row_that_is_mostly_wood_has_no_leaf_area_and_pieces_add_up_to_a_row_that_is
     assert!(found.leaf.areas.contact_m2().is_err() && found.impacted_total_area_m2 > Some(0.0));
     // What was met is the wood, for who wants to know how much there is.
     assert_eq!(found.leaf.areas.contact_raw_m2(), Ok(raw));
+}
+
+/// Without a calibration wood counts as leaf: of a row whose class is bare nothing is told, in a window neither.
+#[test]
+fn a_row_of_a_bare_class_has_no_leaf_area_without_a_calibration() {
+    let told = |wood_share: f64| {
+        let canopy = CanopyClass { wood_share: Some(wood_share), ..CanopyClass::default() };
+        let pipeline = Pipeline::new(Some(&orchard_rig()), 0, None).unwrap();
+        let mut pipeline = pipeline.of_class(RowClass { preset: None, canopy });
+        hedge(225).iter().for_each(|scan| pipeline.push(scan));
+        let window = pipeline.window().unwrap().leaf.map(|_| ());
+        (window, pipeline.finish())
+    };
+    let (window, leafy) = told(0.59);
+    assert!(window.is_ok() && leafy.leaf.areas.best_m2().is_ok());
+    for wood_share in [0.61, 1.0] {
+        let (window, bare) = told(wood_share);
+        assert_eq!(window, Err(Withheld::MostlyWood));
+        assert_eq!(bare.leaf.areas.best_m2(), Err(Withheld::MostlyWood));
+        assert_eq!(bare.leaf.areas.contact_raw_m2(), leafy.leaf.areas.contact_raw_m2());
+        let said = bare.warnings.iter().find(|warning| warning.code() == "mostly_wood").expect("a warning");
+        assert!(said.to_string().contains("by its class"), "{said}");
+    }
 }
 
 /// A calibration that takes no wood out knows of its rows' class how much there was.

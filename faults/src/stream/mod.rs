@@ -9,12 +9,12 @@ use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
-use rowscan_ports::in_flight::InFlight;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use crate::clock::Timer;
 use crate::event::Direction;
 use crate::handle::StreamFaults;
+use crate::in_lane::ScanCounts;
 use crate::lane::Lane;
 use crate::plan::{Fate, Link};
 
@@ -86,7 +86,7 @@ impl<S: fmt::Debug> fmt::Debug for FaultyStream<S> {
 
 impl<S> FaultyStream<S> {
     pub(crate) fn new(faults: StreamFaults, inner: S, on_reset: fn(&S)) -> Self {
-        let (language, held) = (faults.language(), faults.held().clone());
+        let (language, scans) = (faults.language(), faults.scans.clone());
         let clock = Arc::clone(&faults.shared.clock);
         let mut plan = faults.shared.plan();
         let link = Link { stream: faults.stream, connection: plan.open(faults.stream, clock.now()) };
@@ -96,8 +96,8 @@ impl<S> FaultyStream<S> {
         Self {
             inner,
             entry: Entry { faults, link },
-            out: Lane::new(link, language, Direction::ToClient, (flushes, held)),
-            back: Lane::new(link, language, Direction::ToDevice, (flushes, InFlight::default())),
+            out: Lane::new(link, language, Direction::ToClient, (flushes, scans)),
+            back: Lane::new(link, language, Direction::ToDevice, (flushes, ScanCounts::default())),
             timers: [Timer::new(Arc::clone(&clock)), Timer::new(clock)],
             looked: Duration::ZERO,
             on_reset,
@@ -201,8 +201,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> FaultyStream<S> {
             let Some(bytes) = self.out.ready(shared.clock.now()) else { break Poll::Ready(Ok(())) };
             if self.shut {
                 // The client's half of the connection is closed: there is nowhere to go.
-                let bytes = bytes.len();
-                self.out.left(bytes);
+                self.out.lose_first();
                 continue;
             }
             match Pin::new(&mut self.inner).poll_write(cx, bytes) {

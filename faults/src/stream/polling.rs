@@ -74,9 +74,11 @@ impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for FaultyStream<S> {
             }
             if fate.closed[Direction::ToClient.index()] {
                 let _ = this.poll_close(cx, WRITER)?;
+                this.out.swallow(bytes);
                 return Poll::Ready(Ok(bytes.len()));
             }
             if fate.dead[Direction::ToClient.index()] {
+                this.out.swallow(bytes);
                 return Poll::Ready(Ok(bytes.len()));
             }
             let drained = this.poll_drain(cx, WRITER)?;

@@ -280,6 +280,7 @@ impl Scanner {
                 let of_family = [
                     ("clients", reader.clients().map(|clients| clients as u64)),
                     ("scans_dropped", found.scans_dropped),
+                    ("scans_kept_by_faults", found.scans_kept_by_faults),
                     ("scans_missed", found.scans_missed),
                     ("bytes_lost", found.bytes_lost),
                 ];

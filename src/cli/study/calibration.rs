@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rowscan_canopy::calibration::{
     Calibration, CalibrationClass, CanopyClass, ClumpingBy, EchoRule, Provenance,
 };
-use rowscan_canopy::{RowClass, Sample};
+use rowscan_canopy::{FitError, RowClass, Sample};
 use rowscan_protocol::angle::exact_step_deg;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{EchoChoice, RemissionReading};
@@ -108,7 +108,9 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         }
     };
     let name = format!("calibration by {clumping:?}, wood {wood}");
-    let fitted = tries(&scene, &rows, model, None, args.keep.open()?, name, take).await?;
+    let tried = tries(&scene, &rows, model, None, args.keep.open()?, name, take).await?;
+    let (fitted, seeds) = with_samples(tried, &provenance.seeds);
+    let provenance = Provenance { seeds, ..provenance };
     let classes: Vec<RowClass> =
         fitted.iter().map(|row| RowClass { preset: None, canopy: row.canopy.clone() }).collect();
     let canopy = mean_class(classes.iter()).canopy;
@@ -117,7 +119,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         ..class_of(&scene, model, canopy)
     };
     let samples: Vec<Sample> = fitted.iter().filter_map(|row| row.sample).collect();
-    let calibration = rowscan_canopy::fit(&samples, class, provenance)?;
+    let seeds = provenance.seeds.clone();
+    let calibration = rowscan_canopy::fit(&samples, class, provenance).map_err(|why| unfit(why, &seeds))?;
     tell_unlike(&calibration);
     let text = output::calibration_text(&calibration)?;
     match &args.output {
@@ -128,6 +131,31 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         None => output::print(&text)?,
     }
     Ok(Outcome::Done)
+}
+
+/// The rows that a fit can take, and their seeds; says which it cannot.
+fn with_samples(tried: Vec<FittedRow>, seeds: &[u64]) -> (Vec<FittedRow>, Vec<u64>) {
+    let (with, without): (Vec<_>, Vec<_>) =
+        tried.into_iter().zip(seeds.iter().copied()).partition(|(row, _)| row.sample.is_some());
+    if !without.is_empty() {
+        let seeds: Vec<String> = without.iter().map(|(_, seed)| seed.to_string()).collect();
+        say(format_args!(
+            "not fitted: the rows of seeds {}, whose estimates tell no leaf area by contact",
+            seeds.join(", ")
+        ));
+    }
+    with.into_iter().unzip()
+}
+
+/// Why rows give no calibration, with the seed of the row that is to blame.
+fn unfit(why: FitError, seeds: &[u64]) -> Failure {
+    match why {
+        FitError::BadSample { index, key: "leaf_area_m2", value: 0.0 } => Failure::Usage(format!(
+            "seed {}: the row has no leaf, and a power law has no row without leaves: expected rows that carry leaves; leave out that seed, or give them some with --lai",
+            seeds.get(index).copied().unwrap_or_default()
+        )),
+        why => why.into(),
+    }
 }
 
 /// Says where rows were so alike that the law tells none from another.

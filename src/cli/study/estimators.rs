@@ -90,7 +90,19 @@ fn tables(comparison: &Comparison) -> String {
     let mut estimators = Grid::new();
     output::head(
         &mut estimators,
-        ["scene", "of", "estimator", "quantity", "n", "truth", "bias", "CV", "null CV", "sampling holds"],
+        [
+            "scene",
+            "of",
+            "estimator",
+            "quantity",
+            "n",
+            "without",
+            "truth",
+            "bias",
+            "CV",
+            "null CV",
+            "sampling holds",
+        ],
     );
     for row in &comparison.estimators {
         estimators.add_row([
@@ -99,10 +111,11 @@ fn tables(comparison: &Comparison) -> String {
             Cell::new(row.estimator),
             Cell::new(row.quantity.key()),
             number(Some(row.n as f64), 0),
-            number(Some(row.truth_mean), 2),
-            percent(Some(row.bias)),
-            share(Some(row.cv)),
-            share(Some(row.null_cv)),
+            number(Some(row.without as f64), 0),
+            number(row.truth_mean, 2),
+            percent(row.bias),
+            share(row.cv),
+            share(row.null_cv),
             share(row.sampling_holds),
         ]);
     }
@@ -122,26 +135,28 @@ fn tables(comparison: &Comparison) -> String {
             number(cut.border_error_m, 3),
         ]);
     }
-    format!("{estimators}\n{cuts}\n")
+    format!(
+        "{estimators}\nwithout: rows or trees that the estimator gives no number for; all numbers are of the n others\n\n{cuts}\n"
+    )
 }
 
 fn markdown(comparison: &Comparison) -> String {
-    let percent = |fraction: f64| format!("{:+.1}", 100.0 * fraction);
-    let share = |fraction: f64| format!("{:.1}", 100.0 * fraction);
+    let told = |value: Option<f64>, print: fn(f64) -> String| value.map_or_else(|| "–".to_owned(), print);
+    let share = |fraction| told(fraction, |fraction| format!("{:.1}", 100.0 * fraction));
     let mut text = String::from(
         "| scene | of | estimator | quantity | n | truth, mean | bias % | CV % | null CV % | sampling holds, % |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
     );
     for row in &comparison.estimators {
         text.push_str(&format!(
-            "| {} | {} | {} | {} | {} | {:.2} | {} | {} | {} | {} |\n",
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
             row.scene,
             scope(row.scope),
             row.estimator,
             row.quantity.key(),
             row.n,
-            row.truth_mean,
-            percent(row.bias),
+            told(row.truth_mean, |mean| format!("{mean:.2}")),
+            told(row.bias, |bias| format!("{:+.1}", 100.0 * bias)),
             share(row.cv),
             share(row.null_cv),
             row.sampling_holds.map_or_else(String::new, |share| format!("{:.0}", 100.0 * share)),

@@ -73,7 +73,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         Format::Table => output::print(&listed(&found))?,
     }
     // A study of nothing is none.
-    Ok(if found.is_empty() { Outcome::Finding } else { Outcome::Done })
+    Ok(if found.iter().all(|row| row.pieces == 0) { Outcome::Finding } else { Outcome::Done })
 }
 
 /// The table's first lines: what made it.
@@ -96,7 +96,9 @@ fn is_band(row: &PiecesFound) -> bool {
 }
 
 fn listed(found: &[PiecesFound]) -> String {
-    let heads = ["by", "model", "m", "piece", "n", "r", "error", "true", "RMSE raw", "RMSE", "holds", "±"];
+    let heads = [
+        "by", "model", "m", "piece", "n", "withheld", "r", "error", "true", "RMSE raw", "RMSE", "holds", "±",
+    ];
     let table = |bands: bool| {
         let mut grid = Grid::new();
         let heads = heads.into_iter().chain(bands.then_some("median"));
@@ -109,9 +111,8 @@ fn listed(found: &[PiecesFound]) -> String {
                 number(Some(row.distance_m), 1),
                 Cell::new(&row.piece),
             ];
-            let of = [Cell::new(row.pieces), number(row.r, 2)];
-            let known =
-                [row.error_sd, row.truth_sd, row.rmse_unshrunk, row.rmse].map(|value| share(Some(value)));
+            let of = [Cell::new(row.pieces), Cell::new(row.rows_withheld), number(row.r, 2)];
+            let known = [row.error_sd, row.truth_sd, row.rmse_unshrunk, row.rmse].map(share);
             let last =
                 [row.holds, row.half_width].into_iter().chain(bands.then_some(row.median_error)).map(share);
             grid.add_row(head.into_iter().chain(of).chain(known).chain(last));
@@ -121,7 +122,7 @@ fn listed(found: &[PiecesFound]) -> String {
     let (pieces, bands) = (table(false), table(true));
     let scenes = found.first().map_or("", |row| row.scenes.as_str()).replace('+', " and ");
     format!(
-        "{pieces}\nof {scenes}; error, true: standard deviation over the row's mean; RMSE: of the leaf area, raw and drawn toward the row's mean;\nholds: share of the intervals that hold the truth\n\n{bands}\nbands of height that hold leaf: all over the mean band; median: of the error over the band's own truth\n"
+        "{pieces}\nof {scenes}; withheld: rows whose leaf area this way withholds, with all their pieces; error, true: standard deviation over the row's mean; RMSE: of the leaf area, raw and drawn toward the row's mean;\nholds: share of the intervals that hold the truth\n\n{bands}\nbands of height that hold leaf: all over the mean band; median: of the error over the band's own truth\n"
     )
 }
 
@@ -139,7 +140,7 @@ fn markdown(found: &[PiecesFound]) -> String {
     for row in found.iter().filter(|row| !is_band(row)) {
         text.push_str(&way(row));
         for value in [row.error_sd, row.truth_sd, row.reliability, row.rmse_unshrunk, row.rmse] {
-            text.push_str(&format!(" {} |", plain(Some(value))));
+            text.push_str(&format!(" {} |", plain(value)));
         }
         text.push_str(&format!(" {} | {} |\n", plain(row.holds), plain(row.half_width)));
     }
@@ -148,7 +149,7 @@ fn markdown(found: &[PiecesFound]) -> String {
     );
     for row in found.iter().filter(|row| is_band(row)) {
         text.push_str(&way(row));
-        for value in [row.median_error, Some(row.rmse), row.holds, row.half_width] {
+        for value in [row.median_error, row.rmse, row.holds, row.half_width] {
             text.push_str(&format!(" {} |", plain(value)));
         }
         text.push('\n');

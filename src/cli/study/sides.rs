@@ -8,7 +8,7 @@ use super::keep::KeepArgs;
 use super::rows::{Seeds, distances_m};
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
-use crate::cli::output::{self, number, say, share};
+use crate::cli::output::{self, say, share};
 use crate::cli::{Failure, Format, Outcome, models, progress};
 use rowscan_study::sides::{SidesFound, SidesStudy, passes, try_sides};
 
@@ -55,7 +55,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         Format::Table => output::print(&listed(&found))?,
     }
     // A study of nothing is none.
-    Ok(if found.is_empty() { Outcome::Finding } else { Outcome::Done })
+    Ok(if found.iter().all(|way| way.rows == 0) { Outcome::Finding } else { Outcome::Done })
 }
 
 fn listed(found: &[SidesFound]) -> String {
@@ -66,6 +66,7 @@ fn listed(found: &[SidesFound]) -> String {
         "beams",
         "from",
         "n",
+        "withheld",
         "bias",
         "sd",
         "holds",
@@ -77,19 +78,11 @@ fn listed(found: &[SidesFound]) -> String {
     output::head(&mut grid, heads.to_vec());
     for row in found {
         let head = [&row.scene, row.model, row.beams, row.from.name()].map(Cell::new);
-        let known = [
-            Some(row.bias),
-            Some(row.sd),
-            row.holds,
-            row.half_width,
-            Some(row.hidden),
-            Some(row.tree_rmse),
-            Some(row.tree_sd),
-        ];
-        let count = number(Some(row.rows as f64), 0);
-        grid.add_row(head.into_iter().chain([count]).chain(known.map(share)));
+        let known = [row.bias, row.sd, row.holds, row.half_width, row.hidden, row.tree_rmse, row.tree_sd];
+        let counts = [row.rows, row.withheld].map(Cell::new);
+        grid.add_row(head.into_iter().chain(counts).chain(known.map(share)));
     }
     format!(
-        "{grid}\nbias, sd: of estimate / truth − 1 over rows; holds: share of the intervals that hold the truth; hidden: voxels that too few beams\nentered; tree RMSE: of a tree as measured over its row's true mean; tree sd: the same without the row's own error\n"
+        "{grid}\nn: rows that every way tells, which all numbers are of; withheld: rows whose leaf area this way withholds;\nbias, sd: of estimate / truth − 1 over rows; holds: share of the intervals that hold the truth; hidden: voxels that too few beams\nentered; tree RMSE: of a tree as measured over its row's true mean; tree sd: the same without the row's own error\n"
     )
 }
