@@ -143,10 +143,10 @@ impl Bench {
         }
     }
 
-    /// Once its faults are healed: waits until what they held back has left, and counts what has not after two seconds as dropped.
+    /// Once its time has ended and its faults are healed: waits until what is told as sent has left, and counts what has not after two seconds as dropped.
     pub async fn let_go(&self) {
         let left = async {
-            for held in self.scanners.iter().filter_map(BenchScanner::held) {
+            for held in self.scanners.iter().flat_map(BenchScanner::held) {
                 held.flushed().await;
             }
         };

@@ -54,12 +54,12 @@ impl BenchScanner {
         self.device.count_reader()
     }
 
-    /// Scans that faults hold back on their way to clients, where that is counted.
-    pub(crate) fn held(&self) -> Option<InFlight> {
+    /// What counts as sent and has not left, from the clients' queues to what faults hold back.
+    pub(crate) fn held(&self) -> Vec<InFlight> {
         self.device.held()
     }
 
-    /// Counts what faults still hold back as dropped.
+    /// Counts what has not left as dropped.
     pub(crate) fn give_up_held(&self) {
         self.device.give_up_held();
     }

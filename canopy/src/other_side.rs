@@ -20,6 +20,7 @@ use rowscan_protocol::rig::{Rig, RowSide};
 use crate::contact::density;
 use crate::error::PipelineError;
 use crate::estimate::SidesReport;
+use crate::leaf::Withheld;
 use crate::trees::Cut;
 use crate::voxels::{KeptSlice, Region, Voxels};
 
@@ -100,11 +101,13 @@ impl Kept {
 pub struct OtherSide {
     kept: Kept,
     heading: Heading,
+    /// Why that pass by itself tells no leaf area.
+    withheld: Option<Withheld>,
 }
 
 impl OtherSide {
-    pub(crate) fn new(kept: Kept, heading: Heading) -> Self {
-        Self { kept, heading }
+    pub(crate) fn new(kept: Kept, heading: Heading, withheld: Option<Withheld>) -> Self {
+        Self { kept, heading, withheld }
     }
 
     /// Checks that its voxels are those of a pass that keeps `other`.
@@ -120,6 +123,13 @@ impl OtherSide {
         } else {
             Err(PipelineError::SidesDiffer { expected_m, found_m })
         }
+    }
+}
+
+impl Joining {
+    /// Why the other pass by itself tells no leaf area: with it, no more is known.
+    pub(crate) fn withheld(&self) -> Option<Withheld> {
+        self.other.withheld
     }
 }
 

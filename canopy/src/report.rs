@@ -17,7 +17,7 @@ use crate::odometry::AdvanceSource;
 use crate::pieces::{self, PieceScatter, RowSds};
 use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
-use crate::uncertainty::{self, Uncertainty};
+use crate::uncertainty::{self, Uncertainty, blocks};
 use crate::warning::Warning;
 use rowscan_protocol::counting::Counting;
 use rowscan_protocol::model::AnyModel;
@@ -181,10 +181,23 @@ fn tell_how_sure(
         estimate.warnings.push(Warning::ClassUnknown { keys, relative_sd: between(&silent) });
     }
     let sampled = uncertainty::relative_sd(pass.row.metres.iter());
+    if let Err(blocks) = sampled
+        && blocks < blocks::FEWEST
+        && estimate.leaf.areas.best_m2().is_ok()
+    {
+        estimate.warnings.push(Warning::TooFewBlocks { blocks, expected: blocks::FEWEST });
+    }
+    let sampled = sampled.ok();
     let parts = Uncertainty {
         sampling: sampled.map(|(sd, _)| amplified * sd),
         between_class: class.and_then(|_| between(&compared)),
-        density: counted.scale.map(|scale| scale.density_sd(raw_m2_per_m)),
+        density: Some(match counted.scale {
+            Some(scale) => scale.density_sd(raw_m2_per_m),
+            None => {
+                let seen = pass.row.contact_report();
+                uncertainty::hidden_sd(seen.voxels_visited, seen.voxels_unvisited)
+            }
+        }),
         wood: counted.scale.and_then(|scale| scale.wood_sd(raw_m2_per_m)),
         calibration: counted.scale.and_then(|scale| scale.k_sd),
         remission: pass.row.remission().filter(|_| counted.count == Count::Shares).map(|scale| {

@@ -18,6 +18,7 @@ use crate::estimate::{ContactReport, ReturnCounts, SidesReport};
 use crate::estimator::{Contact, EstimatorInfo, Estimators, Setting, SightedLine, Sighting, Slice, Stretch};
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
 use crate::ground_line::{GroundLine, OtherSlope};
+use crate::leaf::Withheld;
 use crate::leaf::{SliceLeaf, Slices, by_band};
 use crate::level::{LevelSurface, Levels};
 use crate::looks::Looks;
@@ -416,6 +417,11 @@ impl Row {
     /// What came of joining another pass, if one was joined.
     pub(crate) fn sides(&self) -> Option<SidesReport> {
         self.joining.as_ref().map(Joining::report)
+    }
+
+    /// Why another pass that was joined tells no leaf area by itself.
+    pub(crate) fn other_side_withheld(&self) -> Option<Withheld> {
+        self.joining.as_ref().and_then(Joining::withheld)
     }
 
     fn close_slice(&mut self, open: Keys) {

@@ -160,7 +160,8 @@ impl Pipeline {
         let (pass, _) = self.pass_that_counts();
         let pass = report::areas_told(&self.counting, &self.gate, pass)?;
         let kept = pass.row.kept().ok_or(Withheld::NotScanned)?;
-        Ok(OtherSide::new(kept.clone(), heading))
+        let told = Law::of(pass, self.calibration.as_ref(), self.class.as_ref()).told();
+        Ok(OtherSide::new(kept.clone(), heading, told.err()))
     }
 
     /// Joins what another pass saw of the row with what this one sees, from the next scan on: [`Estimate::other_side`].

@@ -338,7 +338,7 @@ pub enum Warning {
         /// Kept at most.
         kept: usize,
     },
-    /// The row is too short for its pieces to tell how sure the bands of a profile are: they have no interval.
+    /// The row is too short for its pieces to tell how sure its leaf area, or the bands of a profile, are: they have no interval.
     TooFewBlocks {
         /// Pieces of the row.
         blocks: usize,

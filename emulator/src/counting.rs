@@ -134,10 +134,10 @@ pub trait VirtualScanner: fmt::Debug + Send + Sync {
     /// What a replay has refused because the recorded scans would have to be others.
     fn refused_settings(&self) -> Vec<RefusedSetting>;
 
-    /// Scans that faults hold back on their way to clients; none where nothing can go wrong there.
-    fn held(&self) -> Option<InFlight>;
+    /// What counts as sent and has not left: in its clients' queues, then what faults hold back.
+    fn held(&self) -> Vec<InFlight>;
 
-    /// Counts what faults still hold back as dropped: it was sent to nobody.
+    /// Counts what has not left as dropped: it was sent to nobody.
     fn give_up_held(&self);
 
     /// What it has done so far.
@@ -160,13 +160,14 @@ impl VirtualScanner for Emulator {
         Emulator::refused_settings(self)
     }
 
-    fn held(&self) -> Option<InFlight> {
-        self.shared.config.faults.as_ref().map(|faults| faults.held().clone())
+    fn held(&self) -> Vec<InFlight> {
+        let by_faults = self.shared.config.faults.as_ref().map(StreamFaults::held);
+        [&self.shared.in_flight].into_iter().chain(by_faults).cloned().collect()
     }
 
     fn give_up_held(&self) {
-        let held = self.shared.config.faults.as_ref().map_or(0, StreamFaults::give_up);
-        self.shared.count_as_dropped(held);
+        let by_faults = self.shared.config.faults.as_ref().map_or(0, StreamFaults::give_up);
+        self.shared.count_as_dropped(self.shared.in_flight.pending() + by_faults);
     }
 }
 
@@ -184,8 +185,8 @@ impl VirtualScanner for SerialEmulator {
         Vec::new()
     }
 
-    fn held(&self) -> Option<InFlight> {
-        SerialEmulator::held(self)
+    fn held(&self) -> Vec<InFlight> {
+        SerialEmulator::held(self).into_iter().collect()
     }
 
     fn give_up_held(&self) {

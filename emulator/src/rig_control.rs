@@ -42,7 +42,7 @@ pub struct RigTime {
     pub at: SimTime,
     /// Simulated seconds a host second, on a paced clock.
     pub scale: Option<f64>,
-    /// Somebody has stopped it.
+    /// Somebody has stopped it, or it has taken all the steps that it was let.
     pub paused: bool,
     /// Steps taken.
     pub steps: u64,
@@ -59,6 +59,7 @@ impl RigControl {
     pub fn time(&self) -> RigTime {
         let at = self.clock.now();
         let began = self.tractor.began();
+        let (steps, granted) = (self.steps.taken(), self.steps.granted());
         RigTime {
             mode: self.mode,
             at,
@@ -66,9 +67,9 @@ impl RigControl {
                 TimeScale::Paced(scale) => Some(scale),
                 TimeScale::Max => None,
             },
-            paused: self.clock.is_paused(),
-            steps: self.steps.taken(),
-            granted: self.steps.granted(),
+            paused: self.clock.is_paused() || granted.is_some_and(|granted| granted <= steps),
+            steps,
+            granted,
             began,
             row_m: began.map(|_| self.tractor.motion(at).place.y_m),
         }

@@ -32,7 +32,7 @@ count = 5
 While no fault is active every byte passes untouched. All faults end with the program, by a reset, and by a removal; what they hold back then goes at once. \
 Connections that were cut stay cut.
 
-At a recording's end `replay` waits until what they hold back has left. Where nothing has left for 2 s (10 s at `--time-scale max`, where simulated time goes on meanwhile), or after a minute, the rest is lost, and counts as dropped: scans sent and dropped are those that were played. What `drop`, `half_open`, `fin` and `rst` take from a client counts as sent, by `emulate` and `replay`: the device has sent it, as a real one would have. Of how many scans that is so, their end says: `scans_kept_by_faults`, a part of `scans_sent`. Scans that `fin` and `rst` find in the queues of the system or of the scanner are not among them.
+At a recording's end `replay` waits until what they hold back has left. Where nothing has left for 2 s (10 s at `--time-scale max`, where simulated time goes on meanwhile), or after a minute, the rest is lost, and counts as dropped: scans sent and dropped are those that were played. At its end `emulate` waits two seconds for what they hold back and what queues before them, and counts the rest as dropped. Copies (`duplicate`) and damaged telegrams (`truncate`, `flip`, `checksum`) are in no count. What `drop`, `half_open`, `fin` and `rst` take from a client counts as sent, by `emulate` and `replay`: the device has sent it, as a real one would have. Of how many scans that is so, their end says: `scans_kept_by_faults`, a part of `scans_sent`. Scans that `fin` and `rst` find in the queues of the system or of the scanner are not among them.
 
 ## Keys that every fault has
 

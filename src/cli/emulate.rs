@@ -193,8 +193,8 @@ pub(super) async fn run(mut args: Args, mut interrupt: Interrupt) -> Result<Outc
     };
     if let Some(faulting) = faulting {
         faulting.finish().await?;
-        bench.let_go().await;
     }
+    bench.let_go().await;
     let missed = args.tell_end(bench.scanners())?;
     let logs = bench.logs().to_vec();
     // A recording ends after all that it records.
@@ -337,6 +337,9 @@ impl Args {
         let (scene, seed) = (&self.scene.name, stage.scene.seed);
         let start = self.start_when.unwrap_or(StartWhen::default_at(self.scale()));
         let starts = match (start, fitted.len()) {
+            (StartWhen::Now, 1..) if self.scale() == TimeScale::Max => {
+                "the tractor starts now, but at --time-scale max time waits for a client that takes scans"
+            }
             (StartWhen::Now, _) => "the tractor starts now",
             (_, 0) => "the tractor starts with the first client",
             (StartWhen::All, 2..) => "the tractor starts when every scanner has a client",

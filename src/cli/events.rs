@@ -134,7 +134,11 @@ pub(super) fn told(counts: &ScannerCounts) -> String {
         }
     };
     add(scans_kept_by_faults, "of them kept from clients by faults");
-    add(scans_dropped, "dropped for slow clients");
+    let dropped = match scans_kept_by_faults {
+        Some(_) => "dropped for what clients, or faults before them, were slow to take",
+        None => "dropped for slow clients",
+    };
+    add(scans_dropped, dropped);
     add(scans_missed, "missed by a slow host");
     add(bytes_lost, "bytes not taken");
     if let Some(datagrams) = datagrams {

@@ -1,7 +1,7 @@
 //! Calibrations by shipped name or by file.
 
 use rowscan_canopy::{Calibration, CalibrationError, shipped};
-use rowscan_protocol::rig::BeamWidth;
+use rowscan_protocol::rig::{BeamWidth, Rig};
 use rowscan_scenes::files::{LoadError, SourceText};
 
 /// Why a calibration could not be used. Each message names the place and the remedy.
@@ -54,6 +54,15 @@ pub fn load_calibration_for(
     } else {
         load_calibration(name).map(Some)
     }
+}
+
+/// The calibration that a rig names for its first scanner.
+///
+/// # Errors
+/// It cannot be read or trusted: such a row is not one without a calibration.
+pub(crate) fn of_rig(rig: &Rig) -> Result<Option<Calibration>, ConfigError> {
+    let named = rig.calibration.as_deref().zip(rig.scanners.first());
+    named.map_or(Ok(None), |(name, mount)| load_calibration_for(name, &mount.model, rig.optics))
 }
 
 /// The calibration that someone asks for: a file, a shipped one's name, or a class, of which it is the scanner model's as in

@@ -24,6 +24,14 @@ pub fn row_class(scene: &Scene, truth: &Truth) -> RowClass {
     }
 }
 
+/// The class of a scene's rows as far as it says so itself that they are bare: what is known before anything is grown.
+pub fn bare_class(scene: &Scene) -> Option<RowClass> {
+    let season = scene.orchard.season;
+    let canopy =
+        CanopyClass { season: Some(season.to_string()), wood_share: Some(1.0), ..CanopyClass::default() };
+    (season.share() <= 0.0).then_some(RowClass { preset: None, canopy })
+}
+
 /// What several rows of one scene are on average.
 pub fn mean_class<'a>(rows: impl Iterator<Item = &'a RowClass> + Clone) -> RowClass {
     let Some(first) = rows.clone().next() else { return RowClass::default() };

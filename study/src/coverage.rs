@@ -99,12 +99,7 @@ impl Study for CoverageStudy {
             return Err(UnitError::Class { name: index.to_string(), why: "there is none".to_owned() });
         };
         let seed = self.seed(index);
-        let trial = class.drive_past(nursery, &self.classes.files, seed, &[], |rig| {
-            let mount = rig.scanners.first()?;
-            calibrations::load_calibration_for(rig.calibration.as_deref()?, &mount.model, rig.optics)
-                .ok()
-                .flatten()
-        })?;
+        let trial = class.drive_past(nursery, &self.classes.files, seed, &[], calibrations::of_rig)?;
         notes.add(&trial.estimate);
         Ok(CoverageRow {
             seed,

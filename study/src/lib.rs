@@ -151,6 +151,9 @@ pub enum UnitError {
         /// Why.
         why: String,
     },
+    /// The calibration that the rig names cannot be read.
+    #[error(transparent)]
+    Calibration(#[from] crate::calibrations::ConfigError),
     /// The row could not be driven past by the emulated scanner.
     #[error(transparent)]
     Trial(#[from] crate::trial::TrialError),

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use rowscan_canopy::regression::{FittedLine, mean};
-use rowscan_canopy::{BandEstimate, Estimate, PieceLeaf, Pipeline};
+use rowscan_canopy::{BandEstimate, Estimate, PieceLeaf, Pipeline, Withheld};
 use rowscan_emulator::stage::Stage as Set;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::optics::Stages;
@@ -196,6 +196,10 @@ fn pass(
         .into_iter()
         .map(|(count, mut pipeline)| (count, pipeline.finish()))
         .inspect(|(_, estimate)| notes.add(estimate))
+        // A rig that reads no remission has no shares to go by: it was not tried that way.
+        .filter(|(count, estimate)| {
+            *count != "share" || estimate.leaf.areas.share_m2() != Err(Withheld::NoShares)
+        })
         .map(|(count, estimate)| {
             // A row whose shares contact does not bear out goes by contact: it tells nothing of shares.
             let has_shares = estimate.leaf.areas.share_m2().is_ok();

@@ -66,6 +66,9 @@ pub struct Header<S> {
     /// Fingerprints of the files that its scenes name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub files: BTreeMap<String, String>,
+    /// Fingerprint of what up to 512 of its units depend on: calibrations by their content, too.
+    #[serde(default)]
+    pub depends: String,
     /// Units of the whole study.
     pub units: usize,
     /// Everything the results depend on.
@@ -89,6 +92,7 @@ impl<S: Study> Header<S> {
                     (file.path().to_owned(), fingerprint::of_content(file.bytes().unwrap_or_default()))
                 })
                 .collect(),
+            depends: depends(study),
             units: study.units(),
             settings: study.clone(),
         }
@@ -105,11 +109,23 @@ impl<S: Study> Header<S> {
             // By what is written of them: settings that were read back do not hold the files.
             ("settings", fingerprint::of(&self.settings) == fingerprint::of(&other.settings)),
             ("numbers of orchards", self.units == other.units),
+            // Scene, files and settings name calibrations, and do not hold them.
+            ("calibrations", self.depends == other.depends),
         ]
         .into_iter()
         .find(|(_, same)| !same)
         .map(|(key, _)| key)
     }
+}
+
+/// Units of which a header holds what they depend on: units of one calibration lie side by side.
+const DEPENDS_UNITS: usize = 512;
+
+fn depends<S: Study>(study: &S) -> String {
+    let units = study.units();
+    let step = units.div_ceil(DEPENDS_UNITS).max(1);
+    let lines = (0..units).step_by(step).map(|index| study.depends(index).map(|depends| depends.to_line()));
+    fingerprint::of(&lines.collect::<Vec<_>>())
 }
 
 /// A finished shard.

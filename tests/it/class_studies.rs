@@ -129,6 +129,38 @@ fn coverage_is_counted_class_by_class() {
     );
 }
 
+/// A calibration's file that changes between parts of a study: parts made with either do not stand together, nor does one part's own beginning.
+#[test]
+fn parts_that_were_made_with_other_calibrations_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name);
+    let rig = format!("[rig]\ncalibration = '{}'\n", text(&file("own.toml")));
+    write(folder.path(), "small.toml", &SCENE.replace("[rig]\n", &rig));
+    let classes = write(folder.path(), "classes.toml", SMALL);
+    let made = |seeds: &str| {
+        let (scene, own) = (file("small.toml"), file("own.toml"));
+        let ended = run(&["study", "calibration", text(&scene), "--seeds", seeds, "-o", text(&own)]);
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    };
+    let shard = |number: u32| {
+        let (part, out) = (format!("{number}/2"), file(&format!("{number}.json")));
+        let study = ["study", "coverage", "--rows", "2", "--axes", "leaf_angle", "--classes", text(&classes)];
+        run(&[&study[..], &["--shard", &part, "-o", text(&out), "--resume"]].concat())
+    };
+    let merged = || run(&["study", "merge", text(&file("1.json")), text(&file("2.json"))]);
+    // One that is named and cannot be read is not none.
+    let unread = shard(1);
+    assert!(unread.code == Some(2) && unread.stderr.contains("own.toml"), "{}", unread.stderr);
+    std::fs::remove_file(file("1.json.journal")).expect("begun");
+    made("1..3");
+    assert_eq!((shard(1).code, shard(2).code, merged().code), (Some(0), Some(0), Some(0)));
+    std::fs::remove_file(file("2.json")).expect("written");
+    made("4..6");
+    assert_eq!(shard(2).code, Some(0));
+    let refused = merged();
+    assert!(refused.code == Some(2) && refused.stderr.contains("calibrations"), "{}", refused.stderr);
+}
+
 #[test]
 fn a_budget_adds_up_on_every_row() {
     let folder = tempfile::tempdir().expect("a folder");

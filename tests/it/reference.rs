@@ -83,7 +83,8 @@ fn schemas_hold_for_every_file_of_the_repository() {
     ] {
         for path in toml_files(folder) {
             let document = json_of(&std::fs::read_to_string(&path).expect("read"));
-            let (kind, slot) = if document.get("package").is_some() {
+            // A crate's, and what the example for clusters reads.
+            let (kind, slot) = if document.get("package").is_some() || document.get("engine").is_some() {
                 continue;
             } else if document.get("section").is_some() {
                 (Document::Boom, 6)

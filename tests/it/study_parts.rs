@@ -136,4 +136,3 @@ fn a_journal_keeps_what_was_whole_wherever_the_disk_filled_up() {
     );
     assert!(journal::read(b"{}\n", &study, Shard::WHOLE).is_err(), "no journal at all");
 }
-

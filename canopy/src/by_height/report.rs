@@ -26,7 +26,8 @@ pub(crate) fn tell(estimate: &mut Estimate, by_height: &ByHeight, law: &Law<'_>,
         trees: trees.collect(),
     };
     let blocks = &by_height.blocks;
-    if !blocks.are_enough() {
+    let told = estimate.warnings.iter().any(|warning| matches!(warning, Warning::TooFewBlocks { .. }));
+    if !blocks.are_enough() && !told {
         let (blocks, expected) = (blocks.count(), FEWEST);
         estimate.warnings.push(Warning::TooFewBlocks { blocks, expected });
     }

@@ -88,7 +88,7 @@ impl<'a> Law<'a> {
         } else if row.sampled_so_far().too_dense() > NO_FOLIAGE {
             Some(Withheld::NoFoliage)
         } else {
-            None
+            row.other_side_withheld()
         };
         let spot_corrected = row.takes_out_the_spot();
         let clumping = row.clumping(&totals).map(|measured| Clumping {
@@ -200,6 +200,10 @@ impl<'a> Law<'a> {
         let ranged = self.ranged(of);
         let regression =
             self.regression.and_then(|_| ranged.regression.ok_or(Withheld::Uncalibrated)?.known());
+        // A line that crosses zero says nothing of what was hit below there.
+        let regression = regression.and_then(|leaf_m2| {
+            if leaf_m2 > 0.0 || of.impacted_m2 <= 0.0 { Ok(leaf_m2) } else { Err(Withheld::Refused) }
+        });
         LeafAreas {
             best: ranged.best().known(),
             contact: ranged.contact.known(),

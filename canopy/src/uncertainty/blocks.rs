@@ -20,10 +20,21 @@ const DRAWS: u32 = 400;
 /// The key of the random stream: an estimate repeats to the last bit.
 const SEED: u64 = 0x0062_6c6f_636b;
 
-/// The relative standard deviation of a row's leaf area by its metres, and the number of blocks; `None` where there are too few.
-pub(crate) fn relative_sd<'a>(metres: impl Iterator<Item = &'a Cell> + Clone) -> Option<(f64, u32)> {
-    let first = metres.clone().next()?.index;
-    let last = metres.clone().map(|cell| cell.index).max()?;
+/// The relative standard deviation of a row's leaf area by its metres, and the number of blocks.
+///
+/// # Errors
+/// How many blocks there are, where they tell no spread.
+pub(crate) fn relative_sd<'a>(metres: impl Iterator<Item = &'a Cell> + Clone) -> Result<(f64, u32), usize> {
+    let blocks = blocks(metres);
+    let count = blocks.len();
+    bootstrap(&blocks).zip(u32::try_from(count).ok()).ok_or(count)
+}
+
+fn blocks<'a>(metres: impl Iterator<Item = &'a Cell> + Clone) -> Vec<[f64; 2]> {
+    let indices = metres.clone().map(|cell| cell.index);
+    let Some((first, last)) = metres.clone().next().map(|cell| cell.index).zip(indices.max()) else {
+        return Vec::new();
+    };
     let length = BLOCK_M * ((last - first) / (BLOCK_M * MOST as i64) + 1);
     let mut blocks: Vec<[f64; 2]> = Vec::new();
     let mut open = None;
@@ -38,8 +49,7 @@ pub(crate) fn relative_sd<'a>(metres: impl Iterator<Item = &'a Cell> + Clone) ->
             *impacted_m2 += cell.impacted_m2;
         }
     }
-    let count = u32::try_from(blocks.len()).ok()?;
-    bootstrap(&blocks).map(|sd| (sd, count))
+    blocks
 }
 
 fn bootstrap(blocks: &[[f64; 2]]) -> Option<f64> {
@@ -94,12 +104,12 @@ mod tests {
         let (sd, blocks) = relative_sd(two.iter()).unwrap();
         let expected = 0.1 * (40.0f64 / 39.0).sqrt() / 40.0f64.sqrt();
         assert!(blocks == 40 && (sd / expected - 1.0).abs() < 0.1, "{sd} {expected}");
-        assert_eq!(relative_sd(two.iter()), Some((sd, blocks)), "it repeats");
+        assert_eq!(relative_sd(two.iter()), Ok((sd, blocks)), "it repeats");
     }
 
     #[test]
     fn a_short_row_tells_nothing_and_a_long_one_stays_bounded() {
-        assert_eq!(relative_sd(cells(|_| [1.0, 1.0], 6).iter()), None);
+        assert_eq!(relative_sd(cells(|_| [1.0, 1.0], 6).iter()), Err(3));
         let (_, blocks) = relative_sd(cells(|_| [1.0, 1.0], 10_000).iter()).unwrap();
         assert!((100..=200).contains(&blocks), "{blocks}");
     }

@@ -272,7 +272,7 @@ impl fmt::Display for Warning {
                 "the pass from the other side has no part of the row in common with this one, so nothing was joined: correct --other-start or --other-back",
             ),
             Self::SidesSame => f.write_str(
-                "by its rig the other pass saw the row from the same side as this one: it shows nothing that was hidden, and the same scans twice make no smaller error; \
+                "by its rig the other pass saw the row from the same side as this one: it shows little that was hidden, and an interval that it makes narrower is too narrow; \
                  name the recording from the other alley, or its rig with --other-rig",
             ),
             Self::ConstantSpeed { scans, speed_m_s, has_encoder } => {
@@ -332,16 +332,16 @@ impl fmt::Display for Warning {
             ),
             Self::PastRow { row_m, past_m } => write!(
                 f,
-                "{past_m:.1} m behind the row's end at {row_m:.1} m were scanned and count in the totals; a virtual orchard repeats its row, so its first \
-                 trees are measured again: end with --length {row_m:.1}, or give the rig the trees that stand there"
+                "{past_m:.1} m behind the row's end at {row_m:.1} m were scanned and count in the totals; a virtual orchard repeats its row where the \
+                 drive does not turn, so its first trees are measured again: end with --length {row_m:.1}, or give the rig the trees that stand there"
             ),
             Self::TooManyCells { kept } => {
                 write!(f, "only the first {kept} trees and slices are listed; the totals hold all")
             }
             Self::TooFewBlocks { blocks, expected } => write!(
                 f,
-                "the scans hold {} of 2 m of row, and it takes {expected} to tell how sure a band of height is: bands have no interval; scan a longer \
-                 row",
+                "the scans hold {} of 2 m of row, and it takes {expected} to tell how sure a leaf area is: the row has no interval, nor have bands of \
+                 height; scan a longer row",
                 plural(*blocks as u64, "piece", "pieces")
             ),
         }

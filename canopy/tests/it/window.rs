@@ -1,8 +1,10 @@
 //! The window just driven past beside the estimate of the same scans: one verdict, one leaf area.
 
+use std::sync::Arc;
+
 use crate::common::*;
 use rowscan_canopy::{
-    Calibration, Estimate, Footprint, LeafShape, LeafSlice, Parameters, Pipeline, Withheld, shipped,
+    Calibration, Estimate, Footprint, Heading, LeafShape, LeafSlice, Parameters, Pipeline, Withheld, shipped,
 };
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::optics::{Fact, Spot};
@@ -95,6 +97,24 @@ fn at_every_scan_the_window_withholds_what_an_estimate_of_the_scans_so_far_withh
     let mut without = Pipeline::new(None, 0, None).unwrap();
     without.push(&drive(&rig, lms111(), 50, 1, crowns)[0]);
     assert_eq!(without.window().err(), Some(Withheld::NoRig));
+}
+
+/// A pass that tells nothing by itself tells nothing of the row joined with another one, whatever the two add up to.
+#[test]
+fn a_pass_that_is_withheld_withholds_what_it_is_joined_with() {
+    let rig = orchard_rig();
+    let foliage = drive(&rig, lms111(), 50, LINES, crowns);
+    let solid = drive(&rig, lms111(), 50, LINES, wall(Mount::default().distance_m + 1e-4));
+    for (other, expected) in [(&foliage, None), (&solid, Some(Withheld::NoFoliage))] {
+        let mut seen = pipeline(&rig, Parameters::default()).keeping_voxels();
+        other.iter().for_each(|scan| seen.push(scan));
+        seen.finish();
+        let side = Arc::new(seen.other_side(Heading::default()).expect("voxels"));
+        let mut joined = pipeline(&rig, Parameters::default()).joined_with(side).expect("a rig");
+        foliage.iter().for_each(|scan| joined.push(scan));
+        joined.finish();
+        assert_eq!(verdicts(&joined), [expected; 2]);
+    }
 }
 
 /// The slices of all windows of a drive, each once, and the estimate; `live` hears every window.

@@ -22,6 +22,7 @@ use rowscan_ports::task;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Rig};
 use rowscan_scenes::Orchard;
+use rowscan_study::class::bare_class;
 use rowscan_study::reading::{CalibrationChoice, Reading, ReadingError};
 use rowscan_study::side_by_side::beside_truth;
 use rowscan_study::sides::SidesError;
@@ -393,6 +394,12 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         return Err(Failure::Usage(why.to_owned()));
     }
     let mut readings = args.readings(&rigs, &scanners)?;
+    if let Some(class) = scene.as_ref().and_then(bare_class) {
+        for reading in &mut readings {
+            let pipeline = reading.pipeline.clone();
+            reading.pipeline = pipeline.of_class(class.clone());
+        }
+    }
     if let (Some(reading), Some(scanner), Some(rig), Some(source), true) =
         (readings.first_mut(), scanners.first(), rigs.first(), args.sources.first(), args.other.is_given())
     {

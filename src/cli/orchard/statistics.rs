@@ -32,13 +32,13 @@ struct Row {
     scene: String,
     seeds: usize,
     trees: usize,
-    leaves_mean: f64,
-    leaf_area_mean_m2: f64,
+    leaves_mean: Option<f64>,
+    leaf_area_mean_m2: Option<f64>,
     /// Standard deviation between trees over the mean.
     leaf_area_cv: Option<f64>,
-    wood_area_mean_m2: f64,
-    height_mean_m: f64,
-    height_sd_m: f64,
+    wood_area_mean_m2: Option<f64>,
+    height_mean_m: Option<f64>,
+    height_sd_m: Option<f64>,
     lai_mean: Option<f64>,
     leaf_angle_mean_deg: Option<f64>,
     /// Extent of the leaves across the row.
@@ -99,12 +99,18 @@ fn row(scene: &Scene, name: &str, seeds: &[u64], done: &(dyn Fn() + Sync)) -> Re
         .collect::<Vec<Result<_, GrowError>>>();
     // In order, so that of several errors it is always the same one that is told.
     let measured = measured.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let trees: Vec<&TreeTruth> = measured.iter().flat_map(|orchard| &orchard.truth.trees).collect();
-    let over = |of: &dyn Fn(&TreeTruth) -> f64| {
-        let count = trees.len().max(1) as f64;
-        let mean = trees.iter().map(|tree| of(tree)).sum::<f64>() / count;
+    // A place where none stands is no tree.
+    let standing = |tree: &&TreeTruth| tree.height_m > 0.0;
+    let trees: Vec<&TreeTruth> =
+        measured.iter().flat_map(|orchard| &orchard.truth.trees).filter(standing).collect();
+    let mean_over = |of: &dyn Fn(&TreeTruth) -> f64| {
+        (!trees.is_empty()).then(|| trees.iter().map(|tree| of(tree)).sum::<f64>() / trees.len() as f64)
+    };
+    // One tree alone has no scatter.
+    let sd_over = |of: &dyn Fn(&TreeTruth) -> f64| {
+        let mean = mean_over(of).filter(|_| trees.len() > 1)?;
         let squares = trees.iter().map(|tree| (of(tree) - mean) * (of(tree) - mean)).sum::<f64>();
-        (mean, (squares / (count - 1.0).max(1.0)).sqrt())
+        Some((squares / (trees.len() as f64 - 1.0)).sqrt())
     };
     // Unknown in one orchard is unknown of all.
     let mean_of = |of: &dyn Fn(&Measured) -> Option<f64>| {
@@ -114,18 +120,21 @@ fn row(scene: &Scene, name: &str, seeds: &[u64], done: &(dyn Fn() + Sync)) -> Re
             .map(|values| values.iter().sum::<f64>() / values.len() as f64)
     };
     let of_form = |of: fn(&CanopyForm) -> f64| mean_of(&|orchard| orchard.form.as_ref().map(of));
-    let (leaf_area_mean_m2, leaf_area_sd_m2) = over(&|tree| tree.leaf_area_m2);
-    let (height_mean_m, height_sd_m) = over(&|tree| tree.height_m);
+    let leaf_area_mean_m2 = mean_over(&|tree| tree.leaf_area_m2);
+    let leaf_area_sd_m2 = sd_over(&|tree| tree.leaf_area_m2);
     Ok(Row {
         scene: name.to_owned(),
         seeds: seeds.len(),
         trees: trees.len(),
-        leaves_mean: over(&|tree| tree.leaves as f64).0,
+        leaves_mean: mean_over(&|tree| tree.leaves as f64),
         leaf_area_mean_m2,
-        leaf_area_cv: (leaf_area_mean_m2 > 0.0).then(|| leaf_area_sd_m2 / leaf_area_mean_m2),
-        wood_area_mean_m2: over(&|tree| tree.wood_area_m2).0,
-        height_mean_m,
-        height_sd_m,
+        leaf_area_cv: leaf_area_mean_m2
+            .zip(leaf_area_sd_m2)
+            .filter(|(mean_m2, _)| *mean_m2 > 0.0)
+            .map(|(mean_m2, sd_m2)| sd_m2 / mean_m2),
+        wood_area_mean_m2: mean_over(&|tree| tree.wood_area_m2),
+        height_mean_m: mean_over(&|tree| tree.height_m),
+        height_sd_m: sd_over(&|tree| tree.height_m),
         lai_mean: mean_of(&|orchard| orchard.truth.lai),
         leaf_angle_mean_deg: mean_of(&|orchard| orchard.truth.leaf_angle_mean_deg),
         width_mean_m: of_form(|form| form.width_m),
@@ -146,15 +155,15 @@ fn markdown(rows: &[Row]) -> String {
         |value: Option<f64>, digits: usize| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"));
     for row in rows {
         text.push_str(&format!(
-            "| {} | {} | {:.0} | {:.2} | {} | {:.2} | {:.2} ± {:.2} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
+            "| {} | {} | {} | {} | {} | {} | {} ± {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
             row.scene,
             row.trees,
-            row.leaves_mean,
-            row.leaf_area_mean_m2,
+            written(row.leaves_mean, 0),
+            written(row.leaf_area_mean_m2, 2),
             written(row.leaf_area_cv, 2),
-            row.wood_area_mean_m2,
-            row.height_mean_m,
-            row.height_sd_m,
+            written(row.wood_area_mean_m2, 2),
+            written(row.height_mean_m, 2),
+            written(row.height_sd_m, 2),
             written(row.lai_mean, 2),
             written(row.leaf_angle_mean_deg, 0),
             written(row.width_mean_m, 2),

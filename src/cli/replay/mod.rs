@@ -237,8 +237,10 @@ fn tell_end(player: &Player, streams: &[ReplayedStream], format: Format) -> Resu
         };
         say(format_args!("{name}: {sent}; late by {:?} (p50), {:?} (p99)", late(0.5), late(0.99)));
         if let Some(dropped) = counts.and_then(|counts| counts.scans_dropped).filter(|dropped| *dropped > 0) {
+            let may_fail = counts.and_then(|counts| counts.scans_kept_by_faults).is_some();
+            let who = if may_fail { "these, their line, or faults on it," } else { "these, or their line," };
             say(format_args!(
-                "{name}: {dropped} recorded scans did not reach their clients: these, or their line, were too slow; `--time-scale max` waits for them"
+                "{name}: {dropped} recorded scans did not reach their clients: {who} were too slow; `--time-scale max` waits for them"
             ));
             all_dropped += dropped;
         }

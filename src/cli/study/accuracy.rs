@@ -57,7 +57,8 @@ struct AccuracyRow {
 impl From<&Trial> for AccuracyRow {
     fn from(trial: &Trial) -> Self {
         let (estimate, truth) = (&trial.estimate, trial.truth.leaf_area_m2);
-        let error = |found: Option<f64>| found.map(|found| (found - truth) / truth);
+        // Of nothing there is no share.
+        let error = |found: Option<f64>| found.filter(|_| truth > 0.0).map(|found| (found - truth) / truth);
         Self {
             seed: trial.seed,
             leaf_area_m2: truth,
@@ -168,6 +169,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             tried.iter().flat_map(|row| row.trees_by_contact.iter().copied()),
         ),
     ];
+    // Rows of which no leaf area is told say nothing of how accurate one is.
+    let is_told = rows.iter().any(|row| row.withheld.is_none());
     match args.format {
         Format::Json | Format::Jsonl => {
             output::print_json(
@@ -191,7 +194,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             output::print(&format!("{grid}\n"))?;
         }
     }
-    Ok(Outcome::Done)
+    Ok(if is_told { Outcome::Done } else { Outcome::Finding })
 }
 
 fn table(rows: &[AccuracyRow]) -> String {

@@ -47,7 +47,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         Format::Csv => output::print_rows(args.format, &report.terms)?,
         Format::Table => output::print(&table(&report))?,
     }
-    Ok(Outcome::Done)
+    // Rows of which no leaf area is told have no error to take apart.
+    Ok(if report.terms.iter().any(|term| term.n > 0) { Outcome::Done } else { Outcome::Finding })
 }
 
 fn table(report: &BudgetReport) -> String {

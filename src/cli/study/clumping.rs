@@ -2,13 +2,12 @@
 
 use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
-use rowscan_scenes::{Scene, files};
 
 use super::keep::KeepArgs;
-use super::rows::{Seeds, distances_m};
+use super::rows::{Seeds, distances_m, named_scenes};
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
-use crate::cli::output::{self, number, percent, say, share};
+use crate::cli::output::{self, number, percent, share};
 use crate::cli::{Failure, Format, Outcome, models, progress};
 use rowscan_study::clumping::{ClumpingReport, ClumpingStudy, rows, try_clumping};
 
@@ -41,8 +40,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     if let Some(lai) = args.lai.iter().find(|lai| !(0.05..=20.0).contains(*lai)) {
         return Err(Failure::Usage(format!("--lai: expected leaf area indices of 0.05 to 20, found {lai}")));
     }
-    let scenes: Vec<Scene> =
-        args.scene.iter().map(|name| files::load_scene(name, say)).collect::<Result<_, _>>()?;
+    let scenes = named_scenes(&args.scene)?;
     let models: Vec<AnyModel> = args.model.iter().map(|name| models::find(name)).collect::<Result<_, _>>()?;
     let asked =
         ClumpingStudy { scenes, lais: args.lai.clone(), seeds: args.seeds.0.clone(), models, distances_m };

@@ -6,7 +6,7 @@ use comfy_table::Cell;
 use serde::Serialize;
 
 use super::keep::KeepArgs;
-use super::rows::Seeds;
+use super::rows::{Seeds, named};
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, share};
@@ -48,7 +48,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let mut comparison = Comparison::default();
     let kept = Arc::new(args.keep.open()?);
     for name in &args.scenes {
-        let scene = args.optics.load(name)?;
+        let scene = named(args.optics.load(name)?, name);
         let rig = scene.resolved_rig();
         let mounted = rig.scanners.first().map(|mount| mount.model.as_str());
         let model = models::find(args.model.as_deref().or(mounted).unwrap_or_default())?;

@@ -2,13 +2,12 @@
 
 use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
-use rowscan_scenes::{Scene, files};
 
 use super::keep::KeepArgs;
-use super::rows::{Seeds, distances_m};
+use super::rows::{Seeds, distances_m, named_scenes};
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
-use crate::cli::output::{self, number, percent, say};
+use crate::cli::output::{self, number, percent};
 use crate::cli::{Failure, Format, Outcome, models, progress};
 use rowscan_study::eye::{Seen, ThroughTheEye, Way, through_the_eye};
 
@@ -38,8 +37,7 @@ pub(in crate::cli) struct Args {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let distances_m = distances_m(&args.distance)?;
-    let scenes: Vec<Scene> =
-        args.scene.iter().map(|name| files::load_scene(name, say)).collect::<Result<_, _>>()?;
+    let scenes = named_scenes(&args.scene)?;
     let models: Vec<AnyModel> = args.model.iter().map(|name| models::find(name)).collect::<Result<_, _>>()?;
     let seeds = args.seeds.0.clone();
     let passes = scenes.len() * seeds.len() * models.len() * distances_m.len();

@@ -4,14 +4,13 @@ use std::path::PathBuf;
 
 use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
-use rowscan_scenes::{Scene, files};
 
 use super::keep::KeepArgs;
-use super::rows::{Seeds, distances_m};
+use super::rows::{Seeds, distances_m, named_scenes};
 use crate::cli::blocking::off_runtime;
 use crate::cli::estimate::band_m;
 use crate::cli::grid::Grid;
-use crate::cli::output::{self, number, say, share};
+use crate::cli::output::{self, number, share};
 use crate::cli::{Failure, Format, Outcome, models, progress};
 use rowscan_study::pieces::{PiecesFound, PiecesStudy, passes, table, try_pieces};
 
@@ -47,8 +46,7 @@ pub(in crate::cli) struct Args {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let distances_m = distances_m(&args.distance)?;
-    let scenes: Vec<Scene> =
-        args.scene.iter().map(|name| files::load_scene(name, say)).collect::<Result<_, _>>()?;
+    let scenes = named_scenes(&args.scene)?;
     let models: Vec<AnyModel> = args.model.iter().map(|name| models::find(name)).collect::<Result<_, _>>()?;
     if let Some(path) = &args.table {
         output::can_be_written(path)?;

@@ -1,10 +1,11 @@
 //! What the studies of rows driven past share: a range of seeds, one trial each.
 
+use std::path::Path;
 use std::str::FromStr;
 
 use rowscan_canopy::Calibration;
 use rowscan_protocol::model::AnyModel;
-use rowscan_scenes::Scene;
+use rowscan_scenes::{Scene, files};
 
 use super::keep::KeptRows;
 use crate::cli::blocking::off_runtime;
@@ -44,6 +45,20 @@ pub(super) fn distances_m(asked: &[f64]) -> Result<Vec<f64>, Failure> {
         Some(metres) => Err(Failure::Usage(format!("--distance: expected 0.2 to 50 metres, found {metres}"))),
         None => Ok(asked.to_vec()),
     }
+}
+
+/// The scenes that are tried, each with a name to tell it by: its own, else its file's.
+pub(super) fn named_scenes(names: &[String]) -> Result<Vec<Scene>, Failure> {
+    names.iter().map(|name| Ok(named(files::load_scene(name, say)?, name))).collect()
+}
+
+/// A scene with its own name, else that of the file it was read from.
+pub(super) fn named(scene: Scene, file: &str) -> Scene {
+    if !scene.name.is_empty() {
+        return scene;
+    }
+    let stem = Path::new(file).file_stem().unwrap_or(file.as_ref());
+    Scene { name: stem.to_string_lossy().into_owned(), ..scene }
 }
 
 /// Which rows of a scene are tried.

@@ -2,13 +2,12 @@
 
 use comfy_table::Cell;
 use rowscan_protocol::model::AnyModel;
-use rowscan_scenes::{Scene, files};
 
 use super::keep::KeepArgs;
-use super::rows::{Seeds, distances_m};
+use super::rows::{Seeds, distances_m, named_scenes};
 use crate::cli::blocking::off_runtime;
 use crate::cli::grid::Grid;
-use crate::cli::output::{self, say, share};
+use crate::cli::output::{self, share};
 use crate::cli::{Failure, Format, Outcome, models, progress};
 use rowscan_study::sides::{SidesFound, SidesStudy, passes, try_sides};
 
@@ -35,8 +34,7 @@ pub(in crate::cli) struct Args {
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let distances_m = distances_m(&[args.distance])?;
-    let scenes: Vec<Scene> =
-        args.scene.iter().map(|name| files::load_scene(name, say)).collect::<Result<_, _>>()?;
+    let scenes = named_scenes(&args.scene)?;
     let models: Vec<AnyModel> = args.model.iter().map(|name| models::find(name)).collect::<Result<_, _>>()?;
     let distance_m = distances_m.first().copied().unwrap_or(args.distance);
     let asked = SidesStudy { scenes, seeds: args.seeds.0.clone(), models, distance_m };

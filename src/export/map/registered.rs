@@ -6,6 +6,8 @@ use super::along::{RowOnEarth, turned};
 
 /// Points of an axis over less than this tell no direction, metres.
 const SHORTEST_M: f64 = 2.0;
+/// On a straight way the axis goes on a metre a metre of the count, but for slip and the receiver's noise. Where it turns, the axis lags behind.
+const STRAIGHT: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
 /// Another pass along the same row, in this pass's count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +57,7 @@ impl Axis {
         let (y_m, place) = (mean(&|(y, _)| *y), [mean(&|(_, at)| at[0]), mean(&|(_, at)| at[1])]);
         let spread = mean(&|(y, _)| (y - y_m).powi(2));
         let slope = [0, 1].map(|axis| mean(&|(y, at)| (y - y_m) * (at[axis] - place[axis])) / spread);
-        Some(Line { y_m, place, slope })
+        STRAIGHT.contains(&slope[0].hypot(slope[1])).then_some(Line { y_m, place, slope })
     }
 }
 
@@ -116,6 +118,17 @@ mod tests {
             assert!((found.right_m - right_m).abs() < 1e-3, "{right_m}: {found:?}");
             assert_eq!(found.back, back);
         }
+    }
+
+    /// Up the row, round its end, and back along its other side.
+    #[test]
+    fn a_drive_that_turns_is_no_line() {
+        let here = pass(0.0, false, 0.0);
+        let RowOnEarth::Told { stations, lever } = here.clone() else { panic!("told") };
+        let turned = stations.iter().rev().zip(&stations);
+        let turned = turned.map(|(back, on)| Station { y_m: 20.0 + on.y_m, ..*back });
+        let both = RowOnEarth::told(stations.iter().copied().chain(turned).collect(), lever);
+        assert_eq!((here.registered(&both), both.registered(&here)), (None, None));
     }
 
     #[test]

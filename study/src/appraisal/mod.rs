@@ -28,9 +28,14 @@ pub struct Appraisal {
     sections: Vec<Section>,
     section_m: f64,
     row_spacing_m: Option<f64>,
+    /// A drive that turns finds the row's end.
+    repeats: bool,
     /// Of the whole row.
     finer: Vec<Measure>,
 }
+
+/// So far beyond a row's end a scan of the row may be, metres.
+const END_M: f64 = 0.1;
 
 /// A stretch of the row: its organs between two places.
 #[derive(Clone, Debug)]
@@ -77,7 +82,14 @@ impl Appraisal {
         for (section, slab) in sections.iter_mut().zip(&truth.slabs) {
             section.leaf_m2 = slab.leaf_area_m2;
         }
-        Self { truth, sections, section_m, row_spacing_m: orchard.row_spacing_m(), finer: Vec::new() }
+        Self {
+            truth,
+            sections,
+            section_m,
+            row_spacing_m: orchard.row_spacing_m(),
+            repeats: orchard.period_m().is_finite(),
+            finer: Vec::new(),
+        }
     }
 
     /// The outline of the crown, and the returns that its organs would give.
@@ -127,13 +139,14 @@ impl Appraisal {
         &self.truth
     }
 
-    /// The row between two places, repeated as often as they ask for.
+    /// The row between two places, repeated as often as they ask for; nothing is known of a stretch beyond a row that ends.
     pub fn stretch(&self, from_m: f64, to_m: f64) -> Stretch<'_> {
         let row_m = self.section_m * self.sections.len() as f64;
         let length_m = (to_m - from_m).max(0.0);
         let whole = (length_m / row_m - 1.0).abs() < 1e-3;
         let mut parts = Vec::new();
-        if row_m > 0.0 && length_m / row_m < 1000.0 {
+        let stands = self.repeats || (from_m > -END_M && to_m < row_m + END_M);
+        if row_m > 0.0 && length_m / row_m < 1000.0 && stands {
             let first = (from_m / self.section_m).floor() as i64;
             let last = (to_m / self.section_m).ceil() as i64;
             for k in first..last {
@@ -330,6 +343,19 @@ mod tests {
             assert_eq!(value(&asked, *quantity), value(&whole, *quantity), "{quantity:?}");
         }
         assert!(value(&whole, Quantity::Volume).is_some());
+    }
+
+    /// A drive that turns on a headland goes on behind the row's end: there is no second row there.
+    #[test]
+    fn nothing_is_known_beyond_the_end_of_a_row_that_does_not_repeat() {
+        let mut scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("built in");
+        scene.drive.alleys = Some(2);
+        let ends = Appraisal::of(&board().beside(&scene.drive), &Mount::default(), 0.1);
+        let repeats = Appraisal::of(&board(), &Mount::default(), 0.1);
+        let leaf_m2 = |row: &Appraisal, to_m: f64| row.stretch(0.0, to_m).value(Quantity::LeafArea, None);
+        close(leaf_m2(&ends, 2.02), 2.0);
+        assert_eq!(leaf_m2(&ends, 6.0), None);
+        close(leaf_m2(&repeats, 6.0), 6.0);
     }
 
     #[test]

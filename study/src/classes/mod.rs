@@ -13,6 +13,7 @@ pub use file::{built_in, read, schema};
 pub use reimport::Reimport;
 
 use crate::archive::Depends;
+use crate::calibrations::ConfigError;
 use crate::settings::Shelf;
 use crate::trial::{Trial, TrialError};
 use crate::{Nursery, UnitError};
@@ -97,7 +98,7 @@ impl Class {
         files: &Shelf,
         seed: u64,
         estimators: &[&'static EstimatorInfo],
-        calibration: impl FnOnce(&Rig) -> Option<Calibration>,
+        calibration: impl FnOnce(&Rig) -> Result<Option<Calibration>, ConfigError>,
     ) -> Result<Trial, UnitError> {
         let scene =
             self.scene_of(files, seed).map_err(|why| UnitError::Class { name: self.name.clone(), why })?;
@@ -110,7 +111,7 @@ impl Class {
         let Some(scanner) = AnyModel::by_name(&mount) else {
             return Err(UnitError::UnknownModel { found: mount });
         };
-        let calibration = calibration(&stage.rig);
+        let calibration = calibration(&stage.rig)?;
         Trial::drive_past_told(&stage, &told, scanner, calibration, estimators)
             .map_err(|cause: TrialError| cause.into())
     }

@@ -9,7 +9,6 @@ mod outputs;
 mod report;
 mod sprayer;
 
-use rowscan_canopy::Calibration;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::Scene;
 use rowscan_scenes::parameters::SceneFile;
@@ -28,7 +27,6 @@ use crate::archive::Depends;
 use crate::calibrations;
 use crate::notes::RowNotes;
 use crate::trial::{Trial, TrialError};
-use rowscan_emulator::stage::Stage;
 
 /// A sweep: all that its results depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -125,8 +123,8 @@ impl SweepStudy {
         if keys.len() == self.keep.len() {
             return Ok(sprayed);
         }
-        let trial =
-            Trial::drive_past(&stage, scanner, calibration(&stage), &outputs::estimators(&self.keep))?;
+        let calibration = calibrations::of_rig(&stage.rig)?;
+        let trial = Trial::drive_past(&stage, scanner, calibration, &outputs::estimators(&self.keep))?;
         notes.add(&trial.estimate);
         let asked = self.keep.iter().filter_map(Output::true_quantity);
         let appraisal = Appraisal::of_quantities(&stage.orchard, &mount, rig.ground_clearance_m, asked);
@@ -138,14 +136,6 @@ impl SweepStudy {
         };
         Ok(self.keep.iter().map(value).collect())
     }
-}
-
-/// The calibration the scene's rig names, if it is shipped for the scanner or is a file.
-fn calibration(stage: &Stage) -> Option<Calibration> {
-    let mount = stage.rig.scanners.first()?;
-    calibrations::load_calibration_for(stage.rig.calibration.as_deref()?, &mount.model, stage.rig.optics)
-        .ok()
-        .flatten()
 }
 
 impl Study for SweepStudy {

@@ -97,7 +97,7 @@ impl Study for TransferStudy {
         };
         let seed = self.seed(index);
         let asked: Vec<&'static EstimatorInfo> = DENSITIES.into_iter().filter_map(by_name).collect();
-        let trial = class.drive_past(nursery, &self.classes.files, seed, &asked, |_| None)?;
+        let trial = class.drive_past(nursery, &self.classes.files, seed, &asked, |_| Ok(None))?;
         let estimate = &trial.estimate;
         notes.add(estimate);
         Ok(TransferRow {
