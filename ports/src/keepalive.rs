@@ -37,7 +37,7 @@ pub fn acknowledge_at_once(stream: &TcpStream) -> io::Result<()> {
 
 /// Bytes that the system may keep for a peer that does not read, where time waits for it. Linux doubles it, and the write that fills it may
 /// go beyond.
-const SEND_BUFFER: usize = 28 * 1024;
+const SEND_BUFFER: usize = 24 * 1024;
 
 /// Keeps what waits to be sent below 64 KiB. What the peer's own system buffers comes on top.
 pub fn keep_near(stream: &TcpStream) -> io::Result<()> {

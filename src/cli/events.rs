@@ -135,7 +135,7 @@ pub(super) fn told(counts: &ScannerCounts) -> String {
     };
     add(scans_kept_by_faults, "of them kept from clients by faults");
     let dropped = match scans_kept_by_faults {
-        Some(_) => "dropped for what clients, or faults before them, were slow to take",
+        Some(_) => "dropped because clients, or faults before them, were slow",
         None => "dropped for slow clients",
     };
     add(scans_dropped, dropped);
