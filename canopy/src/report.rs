@@ -193,10 +193,9 @@ fn tell_how_sure(
         between_class: class.and_then(|_| between(&compared)),
         density: Some(match counted.scale {
             Some(scale) => scale.density_sd(raw_m2_per_m),
-            None => {
-                let seen = pass.row.contact_report();
-                uncertainty::hidden_sd(seen.voxels_visited, seen.voxels_unvisited)
-            }
+            None => estimate.contact.map_or(0.0, |contact| {
+                uncertainty::hidden_sd(contact.voxels_visited, contact.voxels_unvisited)
+            }),
         }),
         wood: counted.scale.and_then(|scale| scale.wood_sd(raw_m2_per_m)),
         calibration: counted.scale.and_then(|scale| scale.k_sd),

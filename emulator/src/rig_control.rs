@@ -42,7 +42,7 @@ pub struct RigTime {
     pub at: SimTime,
     /// Simulated seconds a host second, on a paced clock.
     pub scale: Option<f64>,
-    /// Somebody has stopped it, or it has taken all the steps that it was let.
+    /// Somebody has stopped it, or all steps that were granted are taken.
     pub paused: bool,
     /// Steps taken.
     pub steps: u64,

@@ -112,12 +112,23 @@ impl Lane {
 
     /// Bytes that pass without us are followed.
     pub(crate) fn observe(&mut self, bytes: &[u8], now: Duration, plan: &mut Plan) {
+        self.follow(bytes, now, plan, |_, _| ());
+    }
+
+    /// Follows bytes that faults cannot act on any more; `each` hears of every telegram.
+    fn follow(&mut self, bytes: &[u8], now: Duration, plan: &mut Plan, each: fn(&Self, &Mark)) {
         self.seen += bytes.len() as u64;
         plan.comes(self.link, self.direction, bytes.len());
         self.tracker.push(bytes);
         while let Some(mark) = self.tracker.next() {
+            each(self, &mark);
             self.pass_by(&mark, now, plan);
         }
+    }
+
+    /// A telegram that never leaves.
+    fn lose_one(&self, mark: &Mark) {
+        drop(self.in_lane(mark));
     }
 
     /// A telegram that faults cannot act on any more.
@@ -131,21 +142,14 @@ impl Lane {
         self.seen += bytes.len() as u64;
         self.tracker.push(bytes);
         while let Some(mark) = self.tracker.next() {
-            drop(self.in_lane(&mark));
+            self.lose_one(&mark);
         }
     }
 
     /// Takes bytes.
     pub(crate) fn push(&mut self, bytes: &[u8], now: Duration, plan: &mut Plan) {
         if plan.vanishes(self.link, self.direction) {
-            self.seen += bytes.len() as u64;
-            plan.comes(self.link, self.direction, bytes.len());
-            self.tracker.push(bytes);
-            while let Some(mark) = self.tracker.next() {
-                drop(self.in_lane(&mark));
-                self.pass_by(&mark, now, plan);
-            }
-            return;
+            return self.follow(bytes, now, plan, Self::lose_one);
         }
         self.seen += bytes.len() as u64;
         plan.comes(self.link, self.direction, bytes.len());
@@ -180,7 +184,7 @@ impl Lane {
     fn act(&mut self, bytes: Vec<u8>, mark: &Mark, now: Duration, plan: &mut Plan) {
         if self.dropping > 0 {
             self.dropping -= 1;
-            drop(self.in_lane(mark));
+            self.lose_one(mark);
             plan.telegram(self.link, self.direction, mark, now, None);
             plan.lost(self.link, self.direction, mark, now);
             return plan.telegram_done(self.link, mark, now);

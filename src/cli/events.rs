@@ -66,25 +66,16 @@ pub(super) struct Counted {
 
 impl From<ScannerCounts> for Counted {
     fn from(counts: ScannerCounts) -> Self {
-        let ScannerCounts {
-            scans_sent,
-            scans_dropped,
-            scans_kept_by_faults,
-            scans_missed,
-            connections,
-            bytes_lost,
-            datagrams,
-            ..
-        } = counts;
+        let ScannerCounts { connections, datagrams, .. } = counts;
         Self {
-            scans_sent,
-            scans_dropped,
-            scans_kept_by_faults,
-            scans_missed,
+            scans_sent: counts.scans_sent,
+            scans_dropped: counts.scans_dropped,
+            scans_kept_by_faults: counts.scans_kept_by_faults,
+            scans_missed: counts.scans_missed,
             connections_refused: connections.map(|of| of.refused),
             connections_silent: connections.map(|of| of.silent),
             connections_idle: connections.map(|of| of.idle),
-            bytes_lost,
+            bytes_lost: counts.bytes_lost,
             datagrams_sent: datagrams.map(|of| of.sent),
             datagrams_withheld: datagrams.map(|of| of.withheld),
             datagrams_unheard: datagrams.map(|of| of.unheard),
@@ -117,31 +108,21 @@ pub(super) fn tell_ends(format: Format, streams: &[End<'_>]) -> Result<(), Failu
 
 /// What a scanner has done, for people.
 pub(super) fn told(counts: &ScannerCounts) -> String {
-    let ScannerCounts {
-        scans_sent,
-        scans_dropped,
-        scans_kept_by_faults,
-        scans_missed,
-        connections,
-        bytes_lost,
-        datagrams,
-        ..
-    } = counts;
-    let mut text = format!("{scans_sent} scans sent");
+    let mut text = format!("{} scans sent", counts.scans_sent);
     let mut add = |count: &Option<u64>, what: &str| {
         if let Some(count) = count {
             text += &format!(", {count} {what}");
         }
     };
-    add(scans_kept_by_faults, "of them kept from clients by faults");
-    let dropped = match scans_kept_by_faults {
+    add(&counts.scans_kept_by_faults, "of them kept from clients by faults");
+    let dropped = match counts.scans_kept_by_faults {
         Some(_) => "dropped because clients, or faults before them, were slow",
         None => "dropped for slow clients",
     };
-    add(scans_dropped, dropped);
-    add(scans_missed, "missed by a slow host");
-    add(bytes_lost, "bytes not taken");
-    if let Some(datagrams) = datagrams {
+    add(&counts.scans_dropped, dropped);
+    add(&counts.scans_missed, "missed by a slow host");
+    add(&counts.bytes_lost, "bytes not taken");
+    if let Some(datagrams) = counts.datagrams {
         add(&Some(datagrams.sent), "datagrams sent");
         let unsent = [
             (datagrams.withheld, "withheld"),
@@ -150,7 +131,7 @@ pub(super) fn told(counts: &ScannerCounts) -> String {
         ];
         unsent.iter().filter(|(count, _)| *count > 0).for_each(|(count, what)| add(&Some(*count), what));
     }
-    if let Some(ConnectionCounts { refused, silent, idle }) = connections {
+    if let Some(ConnectionCounts { refused, silent, idle }) = counts.connections {
         text += &format!("; connections: {refused} refused, {silent} closed as silent, {idle} as idle");
     }
     text

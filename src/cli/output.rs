@@ -1,6 +1,7 @@
 //! Data on standard output, in the format asked for; everything else on standard error.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::Path;
@@ -114,9 +115,11 @@ fn print_all(format: Format, rows: &[&dyn Serialize]) -> Result<(), Failure> {
             let columns = columns(&rows);
             writer.write_record(&columns).map_err(csv_failure)?;
             for row in &rows {
-                let cell = |name: &String| row.iter().find(|field| field.0 == *name);
-                let cells =
-                    columns.iter().map(|name| cell(name).map_or_else(String::new, |(_, value)| plain(value)));
+                let known: HashMap<&str, &Value> =
+                    row.iter().map(|(name, value)| (name.as_str(), value)).collect();
+                let cell =
+                    |name: &String| known.get(name.as_str()).map_or_else(String::new, |value| plain(value));
+                let cells = columns.iter().map(cell);
                 writer.write_record(cells).map_err(csv_failure)?;
             }
             let bytes = writer.into_inner().map_err(|error| stdout_failure(error.into_error()))?;
@@ -236,6 +239,11 @@ fn columns(rows: &[Vec<(String, Value)>]) -> Vec<String> {
     for row in rows {
         let mut next = 0;
         for (name, _) in row {
+            // Rows are mostly alike.
+            if columns.get(next) == Some(name) {
+                next += 1;
+                continue;
+            }
             match columns.iter().position(|column| column == name) {
                 Some(found) => next = found + 1,
                 None => {

@@ -172,13 +172,10 @@ fn compared(scene: &str, rows: &[Row]) -> Vec<Compared> {
                 *own == scope && m.estimator == estimator && m.quantity == quantity && m.band_m().is_none()
             };
             let pairs: Vec<_> = rows.iter().flat_map(|row| &row.pairs).filter(of).collect();
-            let known: Vec<(f64, f64)> = pairs
-                .iter()
-                .filter(|(_, _, truth)| *truth > 0.0)
-                .filter_map(|(_, measure, truth)| Some((measure.value?, *truth)))
-                .collect();
-            let without =
-                pairs.iter().filter(|(_, measure, truth)| *truth > 0.0 && measure.value.is_none()).count();
+            let standing = || pairs.iter().filter(|(_, _, truth)| *truth > 0.0);
+            let known: Vec<(f64, f64)> =
+                standing().filter_map(|(_, measure, truth)| Some((measure.value?, *truth))).collect();
+            let without = standing().count() - known.len();
             let ratios: Vec<f64> = known.iter().map(|(value, truth)| value / truth).collect();
             let (total, n) = (known.iter().map(|(_, truth)| truth).sum::<f64>(), known.len());
             let others = |truth: f64| (total - truth) / (n as f64 - 1.0);

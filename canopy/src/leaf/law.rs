@@ -200,7 +200,7 @@ impl<'a> Law<'a> {
         let ranged = self.ranged(of);
         let regression =
             self.regression.and_then(|_| ranged.regression.ok_or(Withheld::Uncalibrated)?.known());
-        // A line that crosses zero says nothing of what was hit below there.
+        // Leaves that were hit have an area: where the fitted line falls to 0, it tells none.
         let regression = regression.and_then(|leaf_m2| {
             if leaf_m2 > 0.0 || of.impacted_m2 <= 0.0 { Ok(leaf_m2) } else { Err(Withheld::Refused) }
         });

@@ -43,9 +43,9 @@ pub struct Uncertainty {
     pub blocks: u32,
 }
 
-/// What the leaf area is off by that stands where too few beams came, over the share of such voxels. A calibration holds what its rows hid; without one, what is
-/// hidden is filled as its surroundings are, and dense rows read low: over six training systems at LAI 0.6 to 5, by rays and by an LMS111's spots, an interval
-/// with this term holds (docs/accuracy.md).
+/// Relative standard deviation of a leaf area without a calibration, over the share of voxels that too few beams reached. Such a voxel is filled as its
+/// surroundings are, so dense rows read low. With this factor the interval holds over six training systems at LAI 0.6 to 5, by rays and by an LMS111's spots
+/// (docs/accuracy.md). A calibration needs no such term: the rows that it was fitted on have hidden voxels, too.
 const BY_HIDDEN: f64 = 2.5;
 
 /// The relative standard deviation of a raw leaf area for what is hidden, by voxels that beams entered and voxels that too few did.

@@ -15,7 +15,7 @@ mod truth;
 use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
-use rowscan_canopy::{CutMethod, Enough, Warning};
+use rowscan_canopy::{CutMethod, Enough, RowClass, Warning};
 use rowscan_driver::{DriverConfig, DriverError, Source};
 use rowscan_ports::Delivery;
 use rowscan_ports::task;
@@ -216,8 +216,13 @@ impl Args {
         }
     }
 
-    /// How each source is read, each by a rig of its own.
-    fn readings(&self, rigs: &[Rig], scanners: &[usize]) -> Result<Vec<Reading>, Failure> {
+    /// How each source is read, each by a rig of its own, of a row of this class where it is known.
+    fn readings(
+        &self,
+        rigs: &[Rig],
+        scanners: &[usize],
+        class: Option<RowClass>,
+    ) -> Result<Vec<Reading>, Failure> {
         let asked = self.estimators.asked()?;
         let cuts: Vec<CutMethod> = self.trees.iter().copied().map(CutMethod::from).collect();
         let read = |(place, (source, scanner)): (usize, (&Source, &usize))| {
@@ -230,6 +235,9 @@ impl Args {
                 None => Reading::of(rig, *scanner, encoder, calibration),
             }?;
             reading.pipeline = reading.pipeline.with_estimators(&asked).with_trees_found(&cuts);
+            if let Some(class) = &class {
+                reading.pipeline = reading.pipeline.of_class(class.clone());
+            }
             if let Some(band_m) = self.profile.profile {
                 reading.pipeline = reading.pipeline.with_profile(band_m).map_err(ReadingError::from)?;
             }
@@ -393,13 +401,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         let why = "--by band writes the bands of a profile: say how high they are with --profile METRES";
         return Err(Failure::Usage(why.to_owned()));
     }
-    let mut readings = args.readings(&rigs, &scanners)?;
-    if let Some(class) = scene.as_ref().and_then(bare_class) {
-        for reading in &mut readings {
-            let pipeline = reading.pipeline.clone();
-            reading.pipeline = pipeline.of_class(class.clone());
-        }
-    }
+    let mut readings = args.readings(&rigs, &scanners, scene.as_ref().and_then(bare_class))?;
     if let (Some(reading), Some(scanner), Some(rig), Some(source), true) =
         (readings.first_mut(), scanners.first(), rigs.first(), args.sources.first(), args.other.is_given())
     {

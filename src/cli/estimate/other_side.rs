@@ -180,7 +180,7 @@ async fn by_receivers(
     let other_row = row(here, (source, rig, scanner), scene, &other_way)?;
     let found = own_row.registered(&other_row).ok_or_else(|| {
         Failure::Usage(format!(
-            "the positions in {} and {source} tell no straight way of 2 m or more, and a pass that turns is none: keep one straight pass of it (`record` of `replay --from … --until …`), or say --other-start METRES",
+            "the positions in {} and {source} tell no straight way of 2 m or more; a pass that turns is not straight: keep one straight pass of it (`record` what `replay --from … --until …` plays), or say --other-start METRES",
             here.source
         ))
     })?;

@@ -34,7 +34,7 @@ pub struct Appraisal {
     finer: Vec<Measure>,
 }
 
-/// So far beyond a row's end a scan of the row may be, metres.
+/// How far beyond the row's end a scan of the row may be, metres.
 const END_M: f64 = 0.1;
 
 /// A stretch of the row: its organs between two places.
