@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use rowscan_protocol::can::hex;
+
 /// What says in an identifier that it is none.
 const FLAG: u32 = 0x2000_0000;
 const CONTROLLER: u32 = 0x004;
@@ -86,6 +88,40 @@ impl ErrorFrame {
             .then_some(ControllerState { warns: state & 0x3C != 0, is_passive: state & 0x30 != 0 })
     }
 
+    /// Reads what [`to_text`](Self::to_text) writes; `None` for anything else, the frames of a bus among it.
+    pub fn from_text(text: &str) -> Option<Self> {
+        let (id, data) = text.split_once('#')?;
+        let bits = u32::from_str_radix(id, 16).ok().filter(|_| id.len() == 8)?;
+        let class = bits.checked_sub(FLAG).filter(|class| *class < FLAG)?;
+        Some(Self { class, data: hex(data)?.try_into().ok()? })
+    }
+
+    /// What it is about, in words; the details of counters and of broken rules.
+    pub fn told(&self) -> String {
+        let [_, state, rule, _, _, _, tx, rx] = self.data;
+        let known = |bit: u32, words: &str| (self.class & bit != 0).then(|| words.to_owned());
+        let state = (self.class & CONTROLLER != 0).then(|| match state {
+            state if state & 0x30 != 0 => "error passive".to_owned(),
+            state if state & 0x0C != 0 => "error warning".to_owned(),
+            state if state & 0x40 != 0 => "error active".to_owned(),
+            state => format!("controller state {state:02X}"),
+        });
+        let counters =
+            (self.class & COUNTERS != 0).then(|| format!("{tx} transmit errors, {rx} receive errors"));
+        let rule = (self.class & PROTOCOL != 0).then(|| format!("protocol violation {rule:02X}"));
+        let told = [
+            known(BUS_OFF, "bus off"),
+            known(RESTARTED, "restarted"),
+            state,
+            counters,
+            rule,
+            known(NOT_ACKNOWLEDGED, "not acknowledged"),
+            known(BUS_ERROR, "bus error"),
+        ];
+        let told: Vec<String> = told.into_iter().flatten().collect();
+        if told.is_empty() { format!("class {:08X}", self.class) } else { told.join(", ") }
+    }
+
     /// As candump writes it.
     pub fn to_text(&self) -> String {
         let mut text = format!("{:08X}#", FLAG | self.class);
@@ -106,5 +142,24 @@ mod tests {
         assert_eq!(ErrorFrame::bus_off().to_text(), "20000040#0000000000000000");
         assert_eq!(ErrorFrame::counters(128, 100).to_text(), "20000204#0024000000008064");
         assert_eq!(ErrorFrame::protocol(4).to_text(), "20000088#0000040000000000");
+    }
+
+    #[test]
+    fn they_come_back_as_they_were_written_and_frames_are_none() {
+        let told = [
+            (ErrorFrame::bus_off(), "bus off"),
+            (ErrorFrame::restarted(), "restarted"),
+            (ErrorFrame::counters(128, 100), "error passive, 128 transmit errors, 100 receive errors"),
+            (ErrorFrame::active(), "error active"),
+            (ErrorFrame::protocol(4), "protocol violation 04, bus error"),
+            (ErrorFrame::not_acknowledged(), "not acknowledged, bus error"),
+        ];
+        for (frame, words) in told {
+            assert_eq!(ErrorFrame::from_text(&frame.to_text()), Some(frame));
+            assert_eq!(frame.told(), words);
+        }
+        for other in ["18FE4980#0011223344556677", "123#", "20000040#00", "40000040#0000000000000000", "x#"] {
+            assert_eq!(ErrorFrame::from_text(other), None, "{other}");
+        }
     }
 }

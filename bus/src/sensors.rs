@@ -144,7 +144,7 @@ mod tests {
     use super::*;
     use crate::BusAddress;
     use crate::frame::J1939Id;
-    use crate::link::candump::read_line;
+    use crate::link::candump::read_frame;
     use crate::name::Name;
     use crate::node::AddressState;
     use crate::pgn::network::ADDRESS_CLAIMED;
@@ -169,7 +169,7 @@ mod tests {
         }
         assert_eq!(sensors.part(Duration::from_secs(10)).await, (0, true));
         let text = std::fs::read_to_string(log).unwrap();
-        let frames: Vec<CanFrame> = text.lines().map(|line| read_line(line).unwrap().1).collect();
+        let frames: Vec<CanFrame> = text.lines().map(|line| read_frame(line).unwrap().1).collect();
         let source = |frame: &CanFrame| J1939Id::of(frame.id).unwrap().source;
         for (address, instance) in [(0x80, 0), (0x81, 1)] {
             let said: Vec<_> = frames.iter().filter(|frame| source(frame) == address).collect();

@@ -20,6 +20,15 @@ use crate::voxels::{Voxel, Voxels};
 /// No foliage is denser, m² a m³: the densest hedges have 10 to 20. What is, is a wall or a sheet.
 const DENSEST: f64 = 100.0;
 
+/// Hits from which a voxel tells whether it holds a sheet.
+const HITS_OF_SHEET: f64 = 20.0;
+/// Of so many hits on a sheet, beams behind it at most: what its edge lets by.
+const BEHIND_SHEET: f64 = 1.0 / 50.0;
+/// Hits from which a row tells whether all of them lie in one plane.
+const HITS_OF_PLANE: u64 = 500;
+/// Hits on a sheet scatter no more across the row, metres: by as much as a scanner's noise. Beams that enter foliage of the greatest density reach as deep.
+const SHEET_SD_M: f64 = 0.025;
+
 /// What slices tell, summed over them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sampled {
@@ -34,6 +43,9 @@ pub(crate) struct Sampled {
     /// Σ line weight over hits, and over those in voxels denser than foliage; metres.
     hits_m: f64,
     too_dense_m: f64,
+    /// Σ line weight · distance across the row over hits, m², and the same of its square, m³.
+    hits_x_m2: f64,
+    hits_x2_m3: f64,
 }
 
 impl Sampled {
@@ -49,10 +61,16 @@ impl Sampled {
             sampled.unvisited += u64::from(layer.unvisited);
         }
         let too_dense = DENSEST * projection;
-        for voxel in voxels.iter() {
-            sampled.hits_m += voxel.hits_m;
-            if density(voxel).is_some_and(|found| found > too_dense) {
-                sampled.too_dense_m += voxel.hits_m;
+        for (layer, _) in voxels.bare_layers() {
+            let behind = layer.iter().skip(1).map(Some).chain([None]);
+            for (voxel, behind) in layer.iter().zip(behind) {
+                sampled.hits_m += voxel.hits_m;
+                sampled.hits_x_m2 += voxel.hits_x_m2;
+                sampled.hits_x2_m3 += voxel.hits_x2_m3;
+                let is_dense = density(voxel).is_some_and(|found| found > too_dense);
+                if is_dense || behind.is_some_and(|behind| is_sheet(voxel, behind)) {
+                    sampled.too_dense_m += voxel.hits_m;
+                }
             }
         }
         sampled
@@ -66,11 +84,24 @@ impl Sampled {
         self.hits += slice.hits;
         self.hits_m += slice.hits_m;
         self.too_dense_m += slice.too_dense_m;
+        self.hits_x_m2 += slice.hits_x_m2;
+        self.hits_x2_m3 += slice.hits_x2_m3;
     }
 
-    /// Share of the hits whose voxel is denser than any foliage.
+    /// Share of the hits whose voxel is denser than any foliage; all of them where they lie in one plane, as on a net.
     pub(crate) fn too_dense(&self) -> f64 {
-        if self.hits_m > 0.0 { self.too_dense_m / self.hits_m } else { 0.0 }
+        let is_plane = self.hits >= HITS_OF_PLANE && self.hits_sd_m() <= SHEET_SD_M;
+        match self.hits_m > 0.0 {
+            true if is_plane => 1.0,
+            true => self.too_dense_m / self.hits_m,
+            false => 0.0,
+        }
+    }
+
+    /// How far all hits scatter across the row, as a standard deviation, metres.
+    fn hits_sd_m(&self) -> f64 {
+        let mean_m = self.hits_x_m2 / self.hits_m;
+        (self.hits_x2_m3 / self.hits_m - mean_m * mean_m).max(0.0).sqrt()
     }
 
     /// For an estimate: of slices this long, with lines so far apart.
@@ -94,6 +125,14 @@ impl Sampled {
             clumping: None,
         }
     }
+}
+
+/// True of a voxel whose hits lie in one plane that lets nothing through to the voxel `behind`. In foliage so dense that no beam passes, they scatter.
+fn is_sheet(voxel: &Voxel, behind: &Voxel) -> bool {
+    let hits = voxel.hits_counted();
+    hits >= HITS_OF_SHEET
+        && f64::from(behind.beams) <= hits * BEHIND_SHEET
+        && voxel.hits_sd_m().is_some_and(|sd_m| sd_m <= SHEET_SD_M)
 }
 
 /// Leaf area density times G, 1/m; None where too few beams entered.

@@ -13,6 +13,8 @@ const LOWEST_M: f64 = -2.0;
 const BINS: usize = 120;
 /// Share of the canopy's returns in two neighbouring bins that makes them level.
 const LEVEL_SHARE: f64 = 0.3;
+/// The same at the height where the ground was found.
+const GROUND_LEVEL_SHARE: f64 = 0.1;
 /// Share of all returns that the ground has at least where it is what the rig says.
 const GROUND_SHARE: f64 = 0.01;
 /// Returns below which nothing is said.
@@ -69,10 +71,22 @@ impl Levels {
         if !table.beams().iter().flatten().any(leads_down) {
             return None;
         }
-        let pairs = self.bins.iter().zip(self.bins.iter().skip(1)).map(|(low, high)| low + high);
-        let (bin, most) = pairs.enumerate().max_by_key(|(_, count)| *count)?;
+        let (bin, most) = self.pairs().enumerate().max_by_key(|(_, count)| *count)?;
         let share = most as f64 / self.returns as f64;
         let z_m = LOWEST_M + (bin as f64 + 1.0) * BIN_M;
         (share >= LEVEL_SHARE).then_some(LevelSurface { z_m, share })
+    }
+
+    /// The canopy's returns within a bin of the ground, which was found at this height; none where they are few.
+    pub(crate) fn at_ground(&self, z_m: f64) -> Option<LevelSurface> {
+        let bin = ((z_m - LOWEST_M) / BIN_M).round() - 1.0;
+        let near = (bin >= 0.0 && self.returns >= LEAST).then(|| self.pairs().nth(bin as usize)).flatten()?;
+        let share = near as f64 / self.returns as f64;
+        (share >= GROUND_LEVEL_SHARE).then_some(LevelSurface { z_m, share })
+    }
+
+    /// Returns in neighbouring bins.
+    fn pairs(&self) -> impl Iterator<Item = u64> {
+        self.bins.iter().zip(self.bins.iter().skip(1)).map(|(low, high)| low + high)
     }
 }

@@ -42,6 +42,7 @@
 
 mod advance;
 mod beam_line;
+mod beside;
 mod by_height;
 mod by_range;
 pub mod calibration;

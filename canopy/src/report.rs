@@ -283,14 +283,16 @@ fn row(
     if pass.odometry.held_s() > 0.0 {
         estimate.warnings.push(Warning::SpeedHeld { seconds: pass.odometry.held_s() });
     }
+    estimate.warnings.extend(pass.doubt_of_way());
     warn_of_row_end(estimate, pass);
-    if let Some(LevelSurface { z_m, share }) = pass.row.mistaken_ground() {
+    let ground = pass.row.ground_in_canopy();
+    if let Some(LevelSurface { z_m, share }) = ground {
         estimate.warnings.push(Warning::GroundAsCanopy { share, z_m });
     }
     if let Some(OtherSlope { found_deg, told_deg, withheld }) = pass.row.other_slope() {
         estimate.warnings.push(Warning::GroundSlope { found_deg, told_deg, withheld });
     }
-    if let Some(level_m) = pass.row.other_level_m() {
+    if let Some(level_m) = pass.row.other_level_m().filter(|_| ground.is_none()) {
         let clearance_m = pass.row.frame().ground_clearance_m;
         estimate.warnings.push(Warning::GroundLevel { level_m, clearance_m });
     }

@@ -184,9 +184,12 @@ impl Row {
         self.parameters.least_share_relative_sd(self.frame.distance_m)
     }
 
-    /// The surface that is the ground by all appearance, among what counts as canopy.
-    pub(crate) fn mistaken_ground(&self) -> Option<LevelSurface> {
-        self.levels.mistaken_ground(self.totals.returns.ground, &self.table, &self.frame)
+    /// The ground, where it lies among what counts as canopy: a level surface, and no ground where the rig puts it; or a part of what lies where the ground was
+    /// found.
+    pub(crate) fn ground_in_canopy(&self) -> Option<LevelSurface> {
+        let mistaken = self.levels.mistaken_ground(self.totals.returns.ground, &self.table, &self.frame);
+        let above = || self.other_level_m().filter(|level_m| *level_m > 0.0);
+        mistaken.or_else(|| self.levels.at_ground(above()?))
     }
 
     /// The ground's slope as it was found, where that is not the rig's.

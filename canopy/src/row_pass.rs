@@ -7,6 +7,7 @@ use rowscan_protocol::rig::{EchoChoice, Mount, Rig};
 
 use crate::advance::{Advance, Step, Weighted};
 use crate::beam_line::KeptBeams;
+use crate::beside::Beside;
 use crate::deskew::Deskew;
 use crate::encoder_witness::EncoderWitness;
 use crate::error::PipelineError;
@@ -37,6 +38,8 @@ pub(crate) struct RowPass {
     pub(crate) odometry: Odometry,
     /// What speaks against the encoder.
     pub(crate) witness: EncoderWitness,
+    /// What a speed that was measured beside it says of its way.
+    pub(crate) beside: Beside,
     /// Turns from one line of the layer that is used to the next.
     pub(crate) turns_a_line: f64,
     pub(crate) row: Row,
@@ -72,6 +75,7 @@ impl RowPass {
             advance: Advance::new(parameters.max_gap_steps * turns_a_line),
             odometry: Odometry::default(),
             witness: EncoderWitness::new(tick_m, rig.speed_m_s),
+            beside: Beside::default(),
             turns_a_line,
             row: Row::new(rig, mount, parameters)?,
             open: OpenLine::default(),
@@ -100,6 +104,11 @@ impl RowPass {
         let by_encoder = self.odometry.source() == Some(AdvanceSource::Encoder);
         let doubts = by_encoder.then(|| self.witness.doubts(valid));
         doubts.into_iter().flatten().flatten()
+    }
+
+    /// What a speed that was measured beside the way says against it.
+    pub(crate) fn doubt_of_way(&self) -> Option<Warning> {
+        self.beside.doubt(self.odometry.source()?)
     }
 
     /// The same pass by the rig's speed; before the first line.

@@ -53,6 +53,8 @@ const DEAD_AFTER_M: f64 = 1.0;
 #[derive(Clone, Debug)]
 pub struct Pipeline {
     counting: Counting,
+    /// What was measured beside the next scan.
+    beside: Option<GroundSpeed>,
     gate: Gate,
     /// How the next line that is used follows on the last one: over those left out.
     link: Option<Link>,
@@ -93,6 +95,7 @@ impl Pipeline {
         let pass = rig.map(|rig| RowPass::new(rig, mount_index, parameters)).transpose()?;
         Ok(Self {
             counting: Counting::default(),
+            beside: None,
             gate: Gate::default(),
             link: None,
             ranges: Ranges::default(),
@@ -230,6 +233,11 @@ impl Pipeline {
         self.take(scan, Some(speed));
     }
 
+    /// Hears the ground speed that something measured at the next scan, beside the way that the estimate goes by: where both tell another way, it warns.
+    pub fn hear_speed(&mut self, speed: GroundSpeed) {
+        self.beside = Some(speed);
+    }
+
     /// Takes note of a scan telegram that gives no scan, in the order of reception.
     pub fn push_unreadable(&mut self, fault: &ScanFault) {
         self.gate.unreadable(fault);
@@ -254,6 +262,7 @@ impl Pipeline {
     }
 
     fn take(&mut self, scan: &Scan, speed: Option<GroundSpeed>) {
+        let beside = self.beside.take();
         self.hear_echo(scan.echo);
         let restarts = self.counting.restarts;
         let turn = self.counting.observe(scan);
@@ -309,6 +318,10 @@ impl Pipeline {
         self.gate.line(excluded, y_m, travel_s, pass.advance.longest_m(nominal_step_m));
         let fallback_y_m =
             self.fallback.as_mut().map(|pass| pass.odometry.y_m(&pass.rig, ticks, travel_s, None));
+        pass.beside.observe(travel_s, y_m, beside);
+        if let Some((pass, y_m)) = self.fallback.as_mut().zip(fallback_y_m) {
+            pass.beside.observe(travel_s, y_m, beside);
+        }
         if excluded.is_some() {
             return;
         }

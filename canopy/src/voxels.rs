@@ -78,6 +78,9 @@ pub(crate) struct Voxel {
     pub(crate) hit_path_m3: f64,
     /// Σ line weight² over hits, m².
     pub(crate) hits_m2: f64,
+    /// Σ line weight · distance across the row over hits, m², and the same of its square, m³.
+    pub(crate) hits_x_m2: f64,
+    pub(crate) hits_x2_m3: f64,
     /// Beams that entered.
     pub(crate) beams: u32,
     /// Σ line weight · share of the spot / range² over hits, 1/m; of beams whose remission is read.
@@ -97,12 +100,25 @@ impl Voxel {
         self.path_m2 += other.path_m2;
         self.hit_path_m3 += other.hit_path_m3;
         self.hits_m2 += other.hits_m2;
+        self.hits_x_m2 += other.hits_x_m2;
+        self.hits_x2_m3 += other.hits_x2_m3;
         self.beams = self.beams.saturating_add(other.beams);
         self.share_hits_per_m += other.share_hits_per_m;
         self.share_path += other.share_path;
         self.closed_hits_m += other.closed_hits_m;
         self.closed_path_m2 += other.closed_path_m2;
         self.closed_beams = self.closed_beams.saturating_add(other.closed_beams);
+    }
+
+    /// How far its hits scatter across the row, as a standard deviation, metres; None where nothing was hit.
+    pub(crate) fn hits_sd_m(&self) -> Option<f64> {
+        let mean_m = self.hits_x_m2 / self.hits_m;
+        (self.hits_m > 0.0).then(|| (self.hits_x2_m3 / self.hits_m - mean_m * mean_m).max(0.0).sqrt())
+    }
+
+    /// As many hits of one weight as tell as much.
+    pub(crate) fn hits_counted(&self) -> f64 {
+        if self.hits_m2 > 0.0 { self.hits_m * self.hits_m / self.hits_m2 } else { 0.0 }
     }
 
     /// Contact frequency, hits a metre of free path; None where too few beams entered.
@@ -202,8 +218,11 @@ impl Voxels {
                 let Some(voxel) = voxels.get_mut(step.voxel) else { return };
                 voxel.beams = voxel.beams.saturating_add(1);
                 voxel.path_m2 += weight_m * path_m;
-                if ends {
+                if let Some(end_m) = ends {
+                    let x_m = end_m * way.cos;
                     voxel.hits_m += weight_m;
+                    voxel.hits_x_m2 += weight_m * x_m;
+                    voxel.hits_x2_m3 += weight_m * x_m * x_m;
                     voxel.hits_m2 += weight_m * weight_m;
                     voxel.hit_path_m3 += weight_m * weight_m * path_m;
                     *hits += 1;
@@ -221,7 +240,7 @@ impl Voxels {
                 let Some(voxel) = voxels.get_mut(step.voxel) else { return };
                 voxel.closed_beams = voxel.closed_beams.saturating_add(1);
                 voxel.closed_path_m2 += weight_m * path_m;
-                voxel.closed_hits_m += if ends { weight_m } else { 0.0 };
+                voxel.closed_hits_m += if ends.is_some() { weight_m } else { 0.0 };
             });
         }
     }

@@ -11,6 +11,7 @@ use serde::{Serialize, Serializer};
 use crate::card_law::CardMisfit;
 use crate::class::ClassKey;
 use crate::gate::Exclusion;
+use crate::odometry::AdvanceSource;
 
 /// What a reader of an estimate must know beside its numbers. Serialises as its text, which begins with its [`code`](Warning::code).
 #[derive(Clone, Debug, PartialEq)]
@@ -290,6 +291,19 @@ pub enum Warning {
         /// The scanner's model can tell what an encoder counts.
         has_encoder: bool,
     },
+    /// A ground speed that was measured beside the way of the estimate tells another way.
+    WaysDiffer {
+        /// What the estimate goes by.
+        way: AdvanceSource,
+        /// How far it came by that while the speed was known, metres.
+        way_m: f64,
+        /// What measured the speed.
+        beside: AdvanceSource,
+        /// How far it came by that, metres.
+        beside_m: f64,
+        /// How far both were apart at most, metres.
+        apart_m: f64,
+    },
     /// The advance was to be taken from the encoder alone, and scans had no reading of it: areas are withheld.
     NoEncoder {
         /// So many of them.
@@ -418,6 +432,7 @@ impl Warning {
             Self::SidesApart => "sides_apart",
             Self::SidesSame => "sides_same",
             Self::ConstantSpeed { .. } => "constant_speed",
+            Self::WaysDiffer { .. } => "ways_differ",
             Self::NoEncoder { .. } => "no_encoder",
             Self::NoTime { .. } => "no_time",
             Self::SpeedHeld { .. } => "speed_held",

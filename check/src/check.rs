@@ -279,7 +279,7 @@ fn case(scenario: &Scenario, name: String, judged: Judged, run: &RunRecord) -> C
         message: judged.message,
         t_s: run.journal.as_ref().map(|_| at.as_secs_f64()),
         row_m,
-        tree: row_m.and_then(|row_m| run.truth.as_ref()?.beside(row_m)),
+        tree: row_m.and_then(|row_m| run.truths.values().next()?.beside(row_m)),
         last_events: if is_bad { words[last..].to_vec() } else { Vec::new() },
         rerun: rerun(&scenario.path, Some(run.seed)),
         picture: None,

@@ -194,11 +194,11 @@ fn unheard(scenario: &Scenario, expect: &Expect, run: &RunRecord) -> Result {
 }
 
 /// A measure of the delivered scans; none where they do not tell.
-fn measure_of(measure: Measure, stream: &Stream, run: &RunRecord) -> Option<f64> {
+fn measure_of(measure: Measure, (id, stream): (&str, &Stream), run: &RunRecord) -> Option<f64> {
     let estimate = stream.estimate.as_ref()?;
     match measure {
         Measure::ImpactedTotalArea => estimate.impacted_total_area_m2,
-        Measure::LeafAreaError => run.truth.as_ref()?.leaf_area_error(estimate),
+        Measure::LeafAreaError => run.truths.get(id)?.leaf_area_error(estimate),
     }
 }
 
@@ -212,12 +212,12 @@ fn measured(
     if let Some(without) = without {
         let (id, stream) = stream(scenario, expect, without)?;
         let unknown = || format!("the run without faults: {} of {id} is unknown", expect.what.name);
-        bounds.equals = Some(measure_of(measure, stream, without).ok_or_else(unknown)?);
+        bounds.equals = Some(measure_of(measure, (id, stream), without).ok_or_else(unknown)?);
     }
     let (id, stream) = stream(scenario, expect, run)?;
     let estimate = stream.estimate.as_ref();
     let name = expect.what.name;
-    Ok(match measure_of(measure, stream, run) {
+    Ok(match measure_of(measure, (id, stream), run) {
         Some(found) => {
             let found_text = if without.is_some() { found.to_string() } else { format!("{found:.6}") };
             let message = format!("{name} of {id}: expected {}, found {found_text}", bounds.words());

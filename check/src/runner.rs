@@ -26,7 +26,7 @@ use crate::output::Match;
 use crate::pause::{self, Timing};
 use crate::rig::{self, Failure, ScenarioRig};
 use crate::run_file::RunFile;
-use crate::scenario::{Mode, OnExit, Ready, RunSpec, Scenario, Time};
+use crate::scenario::{DeviceSpec, Mode, OnExit, Ready, RunSpec, Scenario, Time};
 use crate::sprayer::{SprayerRun, reserved, untold};
 use crate::takers;
 use crate::truth;
@@ -91,7 +91,8 @@ pub(crate) struct RunRecord {
     pub(crate) sleeps: Vec<Sleep>,
     /// How many bytes compared files had when the drive was released, by their names.
     pub(crate) bytes_before: BTreeMap<String, u64>,
-    pub(crate) truth: Option<truth::Trees>,
+    /// The trees of the row that each device sees, by its id.
+    pub(crate) truths: BTreeMap<String, truth::Trees>,
     /// What the sprayer did, or why that is unknown; none where there is none.
     pub(crate) sprayer: Option<Result<SprayerRun, String>>,
     /// What the user should know of the scene.
@@ -225,7 +226,8 @@ async fn drive(
             .push(format!("killed what the children left running outside their group: {}", left.join(", ")));
     }
     record.events = journal.events();
-    record.truth = Some(truth::Trees::of(&stage));
+    let seen = |device: &DeviceSpec| (device.id.clone(), truth::Trees::of(&stage, device.scanner));
+    record.truths = scenario.devices.iter().map(seen).collect();
     write_frames(folder, &record.frames)?;
     if let (Some(Ok(sprayer)), true) = (&record.sprayer, beside.is_kept) {
         sprayer.keep(folder, scenario.folder(), &stage.scene)?;

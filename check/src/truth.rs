@@ -3,7 +3,7 @@
 use rowscan_canopy::Estimate;
 use rowscan_emulator::stage::Stage;
 
-/// The trees of the row.
+/// The trees of a row.
 #[derive(Clone, Debug)]
 pub(crate) struct Trees(Vec<Tree>);
 
@@ -16,8 +16,9 @@ struct Tree {
 }
 
 impl Trees {
-    pub(crate) fn of(stage: &Stage) -> Self {
-        let trees = stage.orchard.truth().trees;
+    /// Of the row that the rig's scanner of this number sees.
+    pub(crate) fn of(stage: &Stage, scanner: usize) -> Self {
+        let trees = stage.truth(scanner).trees;
         let tree = |tree: &rowscan_scenes::TreeTruth| Tree {
             number: tree.tree,
             y_m: tree.y_m,

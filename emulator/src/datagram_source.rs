@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use rowscan_bus::Passage;
 use rowscan_protocol::device::Stream;
@@ -19,6 +20,9 @@ const MAX_SOCKETS: usize = 8;
 /// Datagrams that faults hold back at most; the oldest are lost.
 const MAX_HELD: usize = 1024;
 
+/// Turns that are remembered as sent, for those of their datagrams that faults let go later.
+const REMEMBERED_TURNS: usize = 16;
+
 /// Sends them when their instants come.
 #[derive(Debug)]
 pub(crate) struct DatagramSource {
@@ -26,6 +30,18 @@ pub(crate) struct DatagramSource {
     sockets: BTreeMap<SocketAddrV4, Connected>,
     tap: Tap,
     held: VecDeque<Held>,
+    /// The last turns of which a datagram was sent, the newest last.
+    turns: VecDeque<u64>,
+}
+
+/// A telegram on its way.
+#[derive(Debug)]
+pub(crate) struct Outgoing {
+    pub(crate) stream: Stream,
+    pub(crate) to: SocketAddrV4,
+    /// The turn that it tells of, if it is one of a scan's.
+    pub(crate) turn: Option<u64>,
+    pub(crate) bytes: Vec<u8>,
 }
 
 /// A socket that sends to one place.
@@ -42,16 +58,14 @@ struct Held {
     until: SimTime,
     /// Datagrams that are to leave before it.
     behind: u32,
-    stream: Stream,
-    to: SocketAddrV4,
-    bytes: Vec<u8>,
+    datagram: Outgoing,
 }
 
 impl DatagramSource {
     pub(crate) fn new(shared: Arc<Shared>) -> Self {
         let name = shared.config.stream.clone().unwrap_or_else(|| shared.device().model().name.to_owned());
         let tap = shared.config.taps.open(&format!("{name}{DATAGRAMS}"), StreamKind::Compact);
-        Self { shared, sockets: BTreeMap::new(), tap, held: VecDeque::new() }
+        Self { shared, sockets: BTreeMap::new(), tap, held: VecDeque::new(), turns: VecDeque::new() }
     }
 
     pub(crate) fn next(&self) -> Option<SimTime> {
@@ -63,33 +77,33 @@ impl DatagramSource {
     pub(crate) async fn fire(&mut self, firing: Firing) {
         let shared = Arc::clone(&self.shared);
         while let Some(datagram) = shared.datagrams.take(firing.at) {
-            let stream = datagram.stream;
+            let (stream, turn) = (datagram.stream, datagram.turn());
             datagram.ends_turn.into_iter().for_each(|number| shared.datagrams.end_turn(number));
             let Some((to, bytes)) = shared.device().send(datagram) else { continue };
             if !shared.datagrams.admits(to) {
                 continue;
             }
-            self.pass(firing.at, (stream, to), bytes).await;
+            self.pass(firing.at, Outgoing { stream, to, turn, bytes }).await;
         }
         self.release(firing.at).await;
     }
 
     /// Sends a datagram as faults let it: not at all, twice, or held back.
-    pub(crate) async fn pass(&mut self, now: SimTime, (stream, to): (Stream, SocketAddrV4), bytes: Vec<u8>) {
+    pub(crate) async fn pass(&mut self, now: SimTime, datagram: Outgoing) {
         let troubles = self.shared.troubles.as_ref().and_then(|troubles| troubles.datagrams());
-        let passage = troubles.map(|datagrams| datagrams.passage(bytes.len()));
+        let passage = troubles.map(|datagrams| datagrams.passage(datagram.bytes.len()));
         let Some(Passage { copies, late, behind }) = passage else {
-            return self.leave(stream, to, &bytes).await;
+            return self.leave(&datagram, false).await;
         };
         if late.is_zero() && behind == 0 {
             for _ in 0..copies {
-                self.leave(stream, to, &bytes).await;
+                self.leave(&datagram, false).await;
             }
         } else if copies > 0 {
             if self.held.len() >= MAX_HELD {
                 self.held.pop_front();
             }
-            self.held.push_back(Held { until: now + late, behind, stream, to, bytes });
+            self.held.push_back(Held { until: now + late, behind, datagram });
             return;
         }
         for held in &mut self.held {
@@ -100,28 +114,27 @@ impl DatagramSource {
     /// Sends what has been held back for long enough.
     pub(crate) async fn release(&mut self, now: SimTime) {
         while let Some(place) = self.held.iter().position(|held| held.behind == 0 && held.until <= now) {
-            let Some(Held { stream, to, bytes, .. }) = self.held.remove(place) else { return };
-            self.leave(stream, to, &bytes).await;
+            let Some(Held { datagram, .. }) = self.held.remove(place) else { return };
+            self.leave(&datagram, true).await;
         }
     }
 
-    async fn leave(&mut self, stream: Stream, to: SocketAddrV4, bytes: &[u8]) {
+    async fn leave(&mut self, datagram: &Outgoing, was_held: bool) {
+        let Outgoing { stream, to, turn, ref bytes } = *datagram;
+        let turn = turn.filter(|turn| self.is_new(*turn, was_held));
         let was_heard = self.sockets.get(&to).is_some_and(|socket| socket.is_heard);
         // What is heard is told and counted before its reader can act on it, the end of the run above all; what goes where nobody has listened so far,
         // only if somebody does.
         if was_heard {
-            self.tell(bytes);
+            self.tell(bytes, turn);
         }
         let sent = self.send(to, bytes).await;
-        if let Ok(true) = sent
-            && !was_heard
-        {
-            self.tell(bytes);
+        match (was_heard, matches!(sent, Ok(true))) {
+            (false, true) => self.tell(bytes, turn),
+            (true, false) => self.take_back(turn),
+            _ => {}
         }
         let datagrams = &self.shared.datagrams;
-        if was_heard && !matches!(sent, Ok(true)) {
-            datagrams.take_back();
-        }
         match sent {
             Ok(is_heard) => {
                 if stream == Stream::Scan {
@@ -138,9 +151,31 @@ impl DatagramSource {
         }
     }
 
-    fn tell(&self, bytes: &[u8]) {
+    /// True of a turn of which nothing was sent. Turns begin anew with smaller numbers, but not in what was held back.
+    fn is_new(&self, turn: u64, was_held: bool) -> bool {
+        if was_held { !self.turns.contains(&turn) } else { self.turns.back() != Some(&turn) }
+    }
+
+    /// A datagram is sent; of a turn as well, if it is the first one of it.
+    fn tell(&mut self, bytes: &[u8], new_turn: Option<u64>) {
         self.tap.record(Side::Device, bytes);
         self.shared.datagrams.count_sent();
+        if let Some(turn) = new_turn {
+            self.shared.counts.sent.fetch_add(1, Ordering::Relaxed);
+            if self.turns.len() >= REMEMBERED_TURNS {
+                self.turns.pop_front();
+            }
+            self.turns.push_back(turn);
+        }
+    }
+
+    /// What was told as sent was not.
+    fn take_back(&mut self, new_turn: Option<u64>) {
+        self.shared.datagrams.take_back();
+        if new_turn.is_some() {
+            self.shared.counts.sent.fetch_sub(1, Ordering::Relaxed);
+            self.turns.pop_back();
+        }
     }
 
     /// False if nobody listened there, as far as the system has told by now: it does where `to` is on this machine.

@@ -142,6 +142,8 @@ struct Sending {
     began: SimTime,
     pace: Pace,
     handed_on: usize,
+    /// A telegram of values, not cut off by a request.
+    is_scan: bool,
 }
 
 impl Sending {
@@ -152,12 +154,19 @@ impl Sending {
     /// Ends behind the byte that is on the line: a request has come.
     fn cut_off(&mut self, now: SimTime) {
         let begun = self.left(now) + 1;
+        self.is_scan &= begun >= self.bytes.len();
         self.bytes.truncate(begun);
     }
 
     /// Bytes that have left by `now`.
     fn left(&self, now: SimTime) -> usize {
         self.pace.left(self.began, self.bytes.len(), now)
+    }
+}
+
+impl Drop for Lms2xxScanner {
+    fn drop(&mut self) {
+        self.break_off();
     }
 }
 
@@ -193,13 +202,15 @@ impl Lms2xxScanner {
     }
 
     /// The same with what goes wrong with it.
-    pub(crate) fn troubled(self, troubles: Option<Arc<DeviceFaults>>) -> Self {
-        Self { troubles, ..self }
+    pub(crate) fn troubled(mut self, troubles: Option<Arc<DeviceFaults>>) -> Self {
+        self.troubles = troubles;
+        self
     }
 
     /// The same with what goes wrong on its line.
-    pub(crate) fn behind(self, faults: Option<StreamFaults>) -> Self {
-        Self { faults, ..self }
+    pub(crate) fn behind(mut self, faults: Option<StreamFaults>) -> Self {
+        self.faults = faults;
+        self
     }
 
     /// What goes wrong on its line, if anything may.
@@ -208,17 +219,25 @@ impl Lms2xxScanner {
     }
 
     /// The same with its lines watched.
-    pub(crate) fn watched(self, lines: Option<LineWatch>) -> Self {
-        Self { lines: lines.and_then(SentLines::new), ..self }
+    pub(crate) fn watched(mut self, lines: Option<LineWatch>) -> Self {
+        self.lines = lines.and_then(SentLines::new);
+        self
     }
 
     /// Does what goes wrong, or comes right, by now.
     fn obey(&mut self) {
         let Some(troubles) = &self.troubles else { return };
         if troubles.act_on_lms2xx(&mut self.device, self.clock.now()) {
-            self.sending = None;
+            self.break_off();
             self.sweep = None;
             self.arriving.clear();
+        }
+    }
+
+    /// What it sends ends here; what of it has left is kept in the recording.
+    fn break_off(&mut self) {
+        if let Some(Sending { bytes, handed_on: left @ 1.., .. }) = self.sending.take() {
+            self.tap.record(Side::Device, bytes.get(..left).unwrap_or_default());
         }
     }
 
@@ -231,7 +250,7 @@ impl Lms2xxScanner {
         if self.line_is_free() {
             self.playing = None;
         }
-        self.values.tell(self.device.wants_values());
+        self.values.tell(self.has_taker());
         self.due()
     }
 
@@ -297,10 +316,9 @@ impl Lms2xxScanner {
 
     /// Puts a recorded telegram on the line; nobody wants it: it goes by.
     fn play(&mut self, telegram: Recorded) {
-        if self.device.wants_values() {
+        if self.has_taker() {
             self.device.play(self.clock.now(), telegram.bytes.to_vec());
             self.playing = Some(telegram.pending);
-            self.counts.sent.fetch_add(1, Ordering::Relaxed);
         }
     }
 
@@ -348,8 +366,8 @@ impl Lms2xxScanner {
             {
                 lines.sent(scan.at, &bytes, world);
             }
-            let began = self.free.max(now);
-            let sending = Sending { bytes, began, pace: self.device.pace(), handed_on: 0 };
+            let (began, is_scan) = (self.free.max(now), self.device.sends_values());
+            let sending = Sending { bytes, began, pace: self.device.pace(), handed_on: 0, is_scan };
             self.free = sending.end();
             self.sending = Some(sending);
         }
@@ -414,6 +432,7 @@ impl Lms2xxScanner {
         }
         // Only now is it known whether a request has cut it off.
         self.tap.record(Side::Device, &sending.bytes);
+        self.counts.sent.fetch_add(u64::from(sending.is_scan), Ordering::Relaxed);
         let rate = self.device.rate();
         self.device.transmitted(now);
         if self.device.rate() != rate {
@@ -450,8 +469,7 @@ impl Lms2xxScanner {
         look(&mut self.device, world, sweep, |world| lines.iter_mut().for_each(|lines| lines.turn(world)));
         let first = sweep.turns().next();
         self.last_scan = first.map(|turn| LastScan { at: Sweep::turn_at(turn), telegram_counter: None });
-        let sent = self.device.finish(sweep.done(), sweep);
-        self.counts.sent.fetch_add(u64::from(sent), Ordering::Relaxed);
+        self.device.finish(sweep.done(), sweep);
         true
     }
 }

@@ -118,7 +118,6 @@ impl MirrorSource {
         self.shared.counts.numbered.store(u32::from(telegram.counter()) + 1, Ordering::Relaxed);
         telegram.deliver(&self.shared, &self.audience, firing.delivery).await;
         let polled = heard && self.shared.answer_polls();
-        self.shared.counts.sent.fetch_add(u64::from(streamed), Ordering::Relaxed);
         let taken = polled || streamed || !self.audience.is_empty();
         self.shared.counts.unheard.fetch_add(u64::from(!taken), Ordering::Relaxed);
         if firing.driving {

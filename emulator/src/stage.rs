@@ -7,7 +7,7 @@ use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model, ScanMode};
 use rowscan_protocol::rig::{Mount, Rig};
 use rowscan_scenes::optics::{self, Eye, EyeModel, Plume, RangeLimits};
-use rowscan_scenes::{Caster, GrowError, Orchard, Scene};
+use rowscan_scenes::{Caster, GrowError, Orchard, Scene, SeenRow, Truth, TruthGrid};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::gnss::Receiver;
 use rowscan_vehicle::trajectory::Drive;
@@ -204,6 +204,17 @@ impl Stage {
             .map_or_else(|| Mount::default().roof_sense(), Mount::roof_sense);
         (!settings.stages.is_ideal())
             .then(|| Eye::new(of_model, &settings, self.scene.seed, index).under_roof(roof_sense))
+    }
+
+    /// The row that the rig's scanner number `index` sees; one that is not there where it looks away from all of them.
+    pub fn row_seen(&self, index: usize) -> SeenRow {
+        let nowhere = SeenRow { row: self.orchard.rows(), towards_x: true };
+        self.scene.row_seen(index).unwrap_or(nowhere)
+    }
+
+    /// What is there of the row that the rig's scanner number `index` sees.
+    pub fn truth(&self, index: usize) -> Truth {
+        self.orchard.truth_of_row(self.row_seen(index).row, TruthGrid::default())
     }
 
     /// What the beams meet.

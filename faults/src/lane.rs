@@ -33,6 +33,8 @@ pub(crate) struct Lane {
     joined: Option<Joined>,
     /// So many telegrams are lost.
     dropping: u32,
+    /// Where the bytes ended that went nowhere last, as `seen` counts.
+    vanished: u64,
     flushes: u64,
 }
 
@@ -87,6 +89,7 @@ impl Lane {
             behind: Vec::new(),
             joined: None,
             dropping: 0,
+            vanished: 0,
             flushes,
         }
     }
@@ -149,7 +152,9 @@ impl Lane {
     /// Takes bytes.
     pub(crate) fn push(&mut self, bytes: &[u8], now: Duration, plan: &mut Plan) {
         if plan.vanishes(self.link, self.direction) {
-            return self.follow(bytes, now, plan, Self::lose_one);
+            self.follow(bytes, now, plan, Self::lose_one);
+            self.vanished = self.seen;
+            return;
         }
         self.seen += bytes.len() as u64;
         plan.comes(self.link, self.direction, bytes.len());
@@ -170,8 +175,12 @@ impl Lane {
                 // Its beginning has passed.
                 let rest = (mark.offset + mark.len as u64).saturating_sub(base);
                 let bytes = self.take(usize::try_from(rest).unwrap_or(usize::MAX));
-                let held = Held { bytes, scans: self.in_lane(&mark) };
-                self.pass(held, now, plan);
+                let mut scans = self.in_lane(&mark);
+                if mark.offset < self.vanished {
+                    // A part of it went nowhere.
+                    scans.clear();
+                }
+                self.pass(Held { bytes, scans }, now, plan);
                 self.pass_by(&mark, now, plan);
                 continue;
             };

@@ -42,6 +42,10 @@ pub struct Counting {
     counted_anew: u64,
     /// Telegrams that follow on the one before by their counter and their clock, and not by their counter of turns: bits were changed on the way.
     pub contradicting: u64,
+    /// Lines of devices that do not count, behind the first: whether telegrams are missing before them is not known.
+    uncounted: u64,
+    /// The clock has gone on from one telegram to another.
+    moved: bool,
     /// Telegrams whose device clock stood still.
     pub untimed: u64,
     /// Those of them for which no frequency is known either: how long they took is unknown.
@@ -169,6 +173,11 @@ impl Counting {
             self.of_turn += u32::from(steps);
             return self.line(scan, last.travel_s, Link::Steps(0));
         }
+        self.moved |= clock_us > 0;
+        if clock_us == 0 && scan.uncounted && self.moved {
+            // Both were read at once, however far apart they were measured. A clock that has never moved tells nothing.
+            return self.line(scan, last.travel_s, Link::Steps(u32::from(steps)));
+        }
         if clock_us == 0 {
             self.untimed += 1;
             self.timeless += u64::from(!is_frequency(frequency_hz));
@@ -211,15 +220,20 @@ impl Counting {
         if is_frequency(scan.scan_frequency_hz) { scan.scan_frequency_hz } else { self.assumed_hz }
     }
 
-    /// Telegrams a second on the device clock, lost ones included.
-    pub fn frequency_hz(&self) -> Option<f64> {
-        (self.periods_s > 0.0).then(|| self.periods as f64 / self.periods_s)
+    /// True if the device counts, so far as lines have told.
+    pub fn counts(&self) -> bool {
+        self.uncounted == 0
     }
 
-    /// Telegrams missing by the counters; none where their counter has begun anew: what was missing before and behind that is not known. Where the clock
-    /// alone jumped, it is.
+    /// Telegrams a second on the device clock, lost ones included; none of a device that does not count.
+    pub fn frequency_hz(&self) -> Option<f64> {
+        (self.periods_s > 0.0 && self.counts()).then(|| self.periods as f64 / self.periods_s)
+    }
+
+    /// Telegrams missing by the counters; none where the device does not count, or began to count anew: what was missing before and behind that is not
+    /// known. Where the clock alone jumped, it is.
     pub fn all_lost(&self) -> Option<u64> {
-        (self.counted_anew == 0).then_some(self.lost)
+        (self.counted_anew == 0 && self.counts()).then_some(self.lost)
     }
 
     /// Turns of the mirror of which the scanner made no telegram, beyond its output interval. A virtual scanner leaves turns out where its host is too
@@ -306,6 +320,7 @@ impl Counting {
 
     fn line(&mut self, scan: &Scan, travel_s: f64, link: Link) -> Turn {
         let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
+        self.uncounted += u64::from(scan.uncounted && link != Link::First);
         // Counters of a window do not wrap, and there is room below the first one.
         let steps = self.last.map_or(0, |last| u64::from(counter.wrapping_sub(last.counter)));
         let first = 1 << 16;

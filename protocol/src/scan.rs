@@ -64,6 +64,8 @@ pub struct Scan {
     pub device_name: String,
     /// The stream began anew with it, by counters that the scan itself does not tell: its own are no continuation of those of the scan before.
     pub begins_anew: bool,
+    /// The device counts neither its telegrams nor its time: counters and times are the reader's, and what is missing before it is not known.
+    pub uncounted: bool,
     /// When its last byte was read, on the clock of whoever read it, any epoch; none where nobody did.
     pub received: Option<Duration>,
 }

@@ -105,7 +105,7 @@ pub(crate) fn estimate(
         return document::of(py, &EstimateDocument { estimate, side_by_side: Vec::new() });
     }
     let told = wait::for_work(py, "compare the estimate with the truth", move || {
-        let truth = stage.as_deref().map(|stage| &*stage.orchard).zip(rig.as_ref());
+        let truth = stage.as_deref().zip(rig.as_ref());
         Ok(EstimateDocument { side_by_side: beside_truth(&estimate, scanner, truth), estimate })
     })?;
     document::of(py, &told)

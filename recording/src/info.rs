@@ -46,7 +46,7 @@ pub struct StreamReport {
     pub scans: u64,
     /// Telegrams that came again.
     pub scans_repeated: u64,
-    /// Gaps in their counters; unknown where the scanner has begun to count anew.
+    /// Gaps in their counters; unknown where the scanner does not count, or has begun to count anew.
     pub scans_lost: Option<u64>,
     /// Telegrams that came behind later ones: neither lost nor a part of what is measured.
     pub scans_late: u64,
@@ -255,7 +255,7 @@ impl StreamAccount {
         let reader = self.reader.as_ref().filter(|_| self.kind == StreamKind::Compact);
         let segments = reader.map(ScanReader::segments);
         let rate = |intervals: u64, span_s: f64| (span_s > 0.0).then(|| intervals as f64 / span_s);
-        let is_timed = untimed == 0;
+        let is_timed = untimed == 0 && self.counting.counts();
         let by_device = is_timed.then(|| rate(self.intervals.count, self.intervals.total_s)).flatten();
         let by_host =
             || rate(scans.saturating_sub(repeated + 1), seconds(self.first_scan_ns, self.last_scan_ns)?);
@@ -327,7 +327,9 @@ impl StraightLine {
     /// How much faster `x` runs than `y`, parts per million, where it is known to [`MAX_DRIFT_ERROR_PPM`].
     fn drift_ppm(&self) -> Option<f64> {
         let (slope, error) = self.slope()?;
-        (slope > 0.0 && 2.0 * error * 1e6 <= MAX_DRIFT_ERROR_PPM).then(|| (1.0 / slope - 1.0) * 1e6)
+        // Of 1 / slope.
+        let error_ppm = error / (slope * slope) * 1e6;
+        (slope > 0.0 && 2.0 * error_ppm <= MAX_DRIFT_ERROR_PPM).then(|| (1.0 / slope - 1.0) * 1e6)
     }
 }
 

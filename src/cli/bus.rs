@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use super::output::{self, say};
 use super::{Failure, Format, Outcome};
-use rowscan_bus::link::candump::read_line;
+use rowscan_bus::link::candump::{Logged, read_line};
 use rowscan_bus::message::Message;
 use rowscan_bus::pgn::MESSAGES;
-use rowscan_bus::{CanFrame, J1939Id, dbc, markdown};
+use rowscan_bus::{CanFrame, ErrorFrame, J1939Id, dbc, markdown};
 use rowscan_protocol::time::SimTime;
 
 /// Longest log that is read: days of a busy bus.
@@ -61,7 +61,8 @@ fn decode(args: &Decode) -> Result<Outcome, Failure> {
     let (mut rows, mut strange) = (Vec::new(), Vec::new());
     for (number, line) in (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty()) {
         match read_line(line) {
-            Some((at, frame)) => rows.push(Row::of(at, &frame)),
+            Some((at, Logged::Frame(frame))) => rows.push(Row::of(at, &frame)),
+            Some((at, Logged::Error(error))) => rows.push(Row::of_error(at, &error)),
             None => strange.push((number, line)),
         }
     }
@@ -93,7 +94,15 @@ impl Row {
             values: values(known.copied(), frame.data()),
         }
     }
+
+    /// What the controller told its host; it is on no bus.
+    fn of_error(at: SimTime, error: &ErrorFrame) -> Self {
+        Self { t_s: at.as_secs_f64(), source: None, pgn: None, message: ERROR_FRAME, values: error.told() }
+    }
 }
+
+/// The name that stands for a message in an error frame's row.
+const ERROR_FRAME: &str = "error_frame";
 
 /// The values of a message, else its bytes.
 fn values(known: Option<&Message>, data: &[u8]) -> String {

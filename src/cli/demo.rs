@@ -222,7 +222,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     say(format_args!("a virtual {model} is at {}, seed {}", set_up.source, stage.scene.seed));
 
     let prefer = if args.dialect == DialectArg::A { Prefer::A } else { Prefer::B };
-    let truth = stage.orchard.truth();
+    let truth = stage.truth(0);
     let Reading { cola, lms2xx, pipeline } = reading;
     let mut pipeline = pipeline.of_class(row_class(&stage.scene, &truth));
     let config = DriverConfig { cola, lms2xx, prefer: prefer.into(), ..DriverConfig::default() };

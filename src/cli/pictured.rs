@@ -96,11 +96,13 @@ pub(super) fn demo(
     points: &[[f64; 3]],
 ) -> Result<(), Failure> {
     let half_m = 0.5 * stage.rig.row_spacing_m.unwrap_or(4.0);
-    let shown = points.iter().filter(|[x, _, z]| *z > GROUND_M && x.abs() < half_m);
+    let seen = stage.row_seen(0);
+    let axis_m = seen.row as f64 * stage.rig.row_spacing_m.unwrap_or(0.0);
+    let shown = points.iter().filter(|[x, _, z]| *z > GROUND_M && (x - axis_m).abs() < half_m);
     let marks = shown.map(|at| Mark { at: *at, radius_m: RETURN_M, rgb: RETURNS }).collect();
     let model = Model::of(&stage.orchard, usize::MAX)?.with_marks(marks);
     let extent = Extent::of(&model, From::Near);
-    let truth = stage.orchard.truth_of_row(0, TruthGrid { slab_m: 1.0, ..TruthGrid::default() });
+    let truth = stage.orchard.truth_of_row(seen.row, TruthGrid { slab_m: 1.0, ..TruthGrid::default() });
     let metres = truth.slabs.iter().map(|slab| {
         let y_m = 0.5 * (slab.y_from_m + slab.y_to_m);
         let slice = estimate.slices.iter().find(|slice| (slice.y_m - y_m).abs() < 0.25);

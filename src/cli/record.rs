@@ -27,7 +27,6 @@ use rowscan_bus::link::PortEvent;
 use rowscan_bus::nmea::{NmeaReceiver, NmeaSource};
 use rowscan_bus::{Bus, BusAddress, Inbox};
 use rowscan_emulator::clock::{SimClock, TimeScale};
-use rowscan_ports::clock::Stopwatch;
 use rowscan_ports::task;
 
 #[derive(Debug, clap::Args)]
@@ -54,7 +53,7 @@ pub(super) struct Args {
     /// End after so many scans of each scanner
     #[arg(long, value_name = "N")]
     scans: Option<u64>,
-    /// End after so many seconds
+    /// End after so many seconds, whether scans come or not
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// The rig the scanners sit on, kept in the file: a rig file, a scene file or a built-in scene's name
@@ -259,16 +258,21 @@ async fn follow(
     let mut scanner = Scanner::open(&named.it, config).await?;
     models.tell(&name, &scanner.models(), taken_for);
     let _telling = LinkTeller::start(&scanner, named.name.clone(), None);
-    let watch = Stopwatch::start();
     let mut scans = 0;
-    while scanner.next().await?.is_some() {
-        scans += 1;
-        if limits.scans.is_some_and(|most| scans >= most)
-            || limits.seconds.is_some_and(|most| watch.elapsed().as_secs_f64() >= most)
-        {
-            break;
+    let counted = async {
+        while scanner.next().await?.is_some() {
+            scans += 1;
+            if limits.scans.is_some_and(|most| scans >= most) {
+                break;
+            }
         }
-    }
+        Ok(())
+    };
+    // A scanner that has gone does not hold up the end.
+    tokio::select! {
+        ended = counted => ended,
+        passed = limits.pass() => passed,
+    }?;
     scanner.stop(STOP_TIMEOUT).await;
     Ok(())
 }

@@ -71,6 +71,16 @@ impl RecordedSpeed {
         let (at, speed) = self.told.get(before.checked_sub(1)?)?;
         speed.filter(|_| time.saturating_sub(*at) <= STALE)
     }
+
+    /// The same by the one told before and the one told behind: nothing is late where all is known.
+    pub(super) fn between(&self, time: Duration) -> Option<f64> {
+        let behind = self.told.partition_point(|(at, _)| *at <= time);
+        let (from, before) = *self.told.get(behind.checked_sub(1)?)?;
+        let (to, after) = *self.told.get(behind)?;
+        let (before, after) = before.zip(after).filter(|_| to.saturating_sub(from) <= STALE)?;
+        let share = (time - from).as_secs_f64() / (to - from).as_secs_f64();
+        Some(before + share * (after - before))
+    }
 }
 
 /// What tells the speed in one stream.
@@ -109,6 +119,13 @@ mod tests {
             [(0, None), (1, Some(1.5)), (2, None), (3, Some(-0.5)), (5, Some(-0.5)), (6, None)]
         {
             assert_eq!(speed.at(s(at)), expected, "at {at} s");
+        }
+        let speed =
+            RecordedSpeed { told: [(1, 1.0), (2, 2.0), (9, 2.0)].map(|(at, v)| (s(at), Some(v))).into() };
+        for (at_ms, expected) in
+            [(500, None), (1000, Some(1.0)), (1500, Some(1.5)), (2500, None), (9000, None)]
+        {
+            assert_eq!(speed.between(Duration::from_millis(at_ms)), expected, "at {at_ms} ms");
         }
     }
 }

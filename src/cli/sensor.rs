@@ -76,6 +76,8 @@ pub(super) struct Sensors {
     gnss: Option<watch::Receiver<Option<f64>>>,
     /// One a source; empty unless the advance comes from recordings.
     recorded: Vec<RecordedSpeed>,
+    /// One a source: what was recorded beside the way that the estimate goes by.
+    beside: Vec<Option<(AdvanceSource, RecordedSpeed)>>,
     idle: Option<WakeLateness>,
     _tasks: JoinSet<()>,
 }
@@ -89,6 +91,7 @@ pub(super) struct Sensor {
     can: Option<(Arc<CanopySensors>, usize)>,
     gnss: Option<watch::Receiver<Option<f64>>>,
     recorded: Option<RecordedSpeed>,
+    beside: Option<(AdvanceSource, RecordedSpeed)>,
     measured: Option<Vec<Duration>>,
     clock: DeviceClock,
     /// Time on the bus.
@@ -117,7 +120,7 @@ impl SensorArgs {
         sources: &[Source],
         delivery: Delivery,
     ) -> Result<Sensors, Failure> {
-        let recorded = self.recorded(sources)?;
+        let (recorded, beside) = (self.recorded(sources)?, self.beside(sources));
         let mut tasks = JoinSet::new();
         let gnss = match (&self.gnss, self.advance) {
             (Some(source), _) => Some(follow_gnss(source.clone(), &mut tasks).await?),
@@ -144,11 +147,29 @@ impl SensorArgs {
             None => None,
         };
         let idle = self.latency.then(|| WakeLateness::watch(Duration::from_millis(20), &mut tasks));
-        Ok(Sensors { advance: self.advance, can, gnss, recorded, idle, _tasks: tasks })
+        Ok(Sensors { advance: self.advance, can, gnss, recorded, beside, idle, _tasks: tasks })
     }
 }
 
 impl SensorArgs {
+    /// The speeds that recordings hold beside the encoder or the rig's speed, which the advance comes from; one a source.
+    fn beside(&self, sources: &[Source]) -> Vec<Option<(AdvanceSource, RecordedSpeed)>> {
+        match self.advance {
+            AdvanceArg::Gnss | AdvanceArg::Can => Vec::new(),
+            // What cannot be read is told where the scans are.
+            AdvanceArg::Auto | AdvanceArg::Constant | AdvanceArg::Encoder => {
+                let beside = |source: &Source| {
+                    // Other formats hold scans alone; what is no file, as a pipe, is read only once.
+                    source
+                        .peek()
+                        .filter(|recording| recording.format() == rowscan_recording::Format::Mcap)?;
+                    RecordedSpeed::found_in(source.file()?).ok().flatten()
+                };
+                sources.iter().map(beside).collect()
+            }
+        }
+    }
+
     /// The speeds that recordings hold, one a source, where the advance comes from there.
     fn recorded(&self, sources: &[Source]) -> Result<Vec<RecordedSpeed>, Failure> {
         let kind = match self.advance {
@@ -174,6 +195,7 @@ impl Sensors {
             can: self.can.as_ref().map(|can| (Arc::clone(can), place)),
             gnss: self.gnss.clone(),
             recorded: self.recorded.get(place).cloned(),
+            beside: self.beside.get(place).cloned().flatten(),
             measured: self.idle.as_ref().map(|_| Vec::new()),
             clock: DeviceClock::default(),
             now: SimTime::ZERO,
@@ -216,6 +238,9 @@ impl Sensor {
         let scan = record.scan;
         self.go_on(scan.scan_time_us, record.received.0);
         let speed = |source, speed_m_s| GroundSpeed { source, speed_m_s };
+        if let Some((source, beside)) = &self.beside {
+            pipeline.hear_speed(speed(*source, beside.between(self.received)));
+        }
         match self.advance {
             AdvanceArg::Auto | AdvanceArg::Encoder => pipeline.push(scan),
             AdvanceArg::Constant => pipeline.push_at_speed(scan, speed(AdvanceSource::Constant, None)),

@@ -149,8 +149,7 @@ impl Study for AreasStudy {
 
     fn unit(&self, index: usize, _nursery: &Nursery, _notes: &mut RowNotes) -> Result<Orchard, UnitError> {
         let stage = Stage::grow(self.scene_of(index), &|_, _| {})?;
-        let first_row_m2 = stage.orchard.truth().leaf_area_m2;
-        let sample = drive_past(&stage, first_row_m2)?;
+        let sample = drive_past(&stage, stage.truth(0).leaf_area_m2)?;
         Ok(Orchard { sample, ..self.measured(index, &stage.orchard)? })
     }
 }

@@ -206,7 +206,7 @@ fn row(
 ) -> Result<Option<ClumpingRow>, TrialError> {
     let name = scene.orchard.preset.to_string();
     let grown = Stage::grow(scene.clone(), &|_, _| {})?;
-    let truth_m2 = grown.orchard.truth().leaf_area_m2;
+    let truth_m2 = grown.truth(0).leaf_area_m2;
     let mut pass = |stages| -> Result<Estimate, TrialError> {
         scene.optics.stages = stages;
         let stage = grown.beside(scene.clone());

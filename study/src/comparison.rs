@@ -116,8 +116,9 @@ impl Row {
         let trial = Trial::drive_past(&stage, model, calibration, &all)?;
         notes.add(&trial.estimate);
         let mount = stage.rig.scanners.first().cloned().unwrap_or_default();
-        let appraisal = Appraisal::of(&stage.orchard, &mount, stage.rig.ground_clearance_m)
-            .with_finer_scan(finer_scan(&stage).map_err(ReadingError::from)?);
+        let appraisal =
+            Appraisal::of((&stage.orchard, stage.row_seen(0)), &mount, stage.rig.ground_clearance_m)
+                .with_finer_scan(finer_scan(&stage).map_err(ReadingError::from)?);
         let start_m = stage.rig.start_m;
         let whole = appraisal.stretch(start_m, start_m + trial.length_m);
         let mut pairs = Vec::new();

@@ -185,7 +185,7 @@ fn row(
     notes: &mut RowNotes,
 ) -> Result<Vec<Ratio>, TrialError> {
     let set = nursery.grow(scene)?;
-    let truth = set.orchard.truth();
+    let truth = set.truth(0);
     let rig = rig_with(&set.rig, 0, model.name());
     let ByHitsAndShares { by_hits, by_shares, asked } = ByHitsAndShares::of(&rig, true)?;
     let wanted: Vec<_> = ["voxel", "polar", "gap"].into_iter().filter_map(by_name).collect();

@@ -1,14 +1,14 @@
-//! The truth of a profile: exact leaf areas of the first row by stretch and band of height.
+//! The truth of a profile: exact leaf areas of a row by stretch and band of height.
 
 use rowscan_canopy::Estimate;
-use rowscan_scenes::{CellGrid, Orchard, RowCells};
+use rowscan_scenes::{CellGrid, Orchard, RowCells, SeenRow};
 
 /// Length of a cell along the row, metres, about: a whole number of them makes the row.
 const CELL_M: f64 = 0.05;
 /// Most cells of a row, and most bands.
 const MOST: f64 = 1e6;
 
-/// The true leaf area of the first row, by cell along the row and band of height.
+/// The true leaf area of a row, by cell along the row and band of height.
 #[derive(Debug)]
 pub struct TruthByBand {
     /// From the ground up, m²: by cell along one period of the row. Empty where the row does not repeat.
@@ -19,13 +19,14 @@ pub struct TruthByBand {
 }
 
 impl TruthByBand {
-    /// Measures the first row in bands of this height; an estimate of it began at `start_m`.
-    pub fn of(orchard: &Orchard, band_m: f64, start_m: f64) -> Self {
+    /// Measures a row in bands of this height; an estimate of it began at `start_m`.
+    pub fn of((orchard, seen): (&Orchard, SeenRow), band_m: f64, start_m: f64) -> Self {
         let count = (orchard.period_m() / CELL_M).round();
         let count = if (1.0..=MOST).contains(&count) { count as usize } else { 0 };
         let cell_m = orchard.period_m() / count as f64;
         let mut columns = vec![Vec::new(); count];
-        let cells = (count > 0).then(|| orchard.cells_of_row(0, CellGrid { cell_m, band_m })).flatten();
+        let cells =
+            (count > 0).then(|| orchard.cells_of_row(seen.row, CellGrid { cell_m, band_m })).flatten();
         for cell in cells.iter().flat_map(RowCells::cells) {
             let band = (cell.z_from_m / band_m).round();
             let column = columns.get_mut((cell.y_from_m / cell_m).round().max(0.0) as usize);
@@ -86,7 +87,7 @@ mod tests {
         let leaf = Leaf::new(corners).expect("a leaf");
         let tree = Tree { leaves: vec![leaf], ..Tree::default() };
         let orchard = Orchard::from_trees(vec![tree], 2.0, Some(2.0), Some(4.0));
-        let truth = TruthByBand::of(&orchard, 0.25, 0.0);
+        let truth = TruthByBand::of((&orchard, SeenRow::default()), 0.25, 0.0);
         let estimate = |scanned_m| Estimate { scanned_m: Some(scanned_m), ..Estimate::default() };
         for (length_m, width_m) in [(2.0, 1.0), (1.0, 0.5), (4.0, 2.0), (3.03, 1.53)] {
             let found = truth.of_row(&estimate(length_m), 12).expect("a row that repeats");

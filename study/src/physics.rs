@@ -216,7 +216,7 @@ impl TriedRow {
     fn of(scene: Scene, model: AnyModel) -> Result<Self, TrialError> {
         let mut set = Set::grow(scene, &|_, _| {})?;
         let mount = set.rig.scanners.first().cloned().unwrap_or_default();
-        let appraisal = Appraisal::of(&set.orchard, &mount, set.rig.ground_clearance_m);
+        let appraisal = Appraisal::of((&set.orchard, set.row_seen(0)), &mount, set.rig.ground_clearance_m);
         let start_m = set.rig.start_m;
         let row = appraisal.stretch(start_m, start_m + set.orchard.length_m());
         let truth = |output: Output| output.truth().and_then(|quantity| row.value(quantity, None));

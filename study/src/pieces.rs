@@ -177,7 +177,7 @@ fn pass(
     let set = nursery.grow(scene)?;
     let rig = rig_with(&set.rig, 0, model.name());
     let ByHitsAndShares { by_hits, by_shares, asked } = ByHitsAndShares::of(&rig, eye)?;
-    let class = row_class(&set.scene, &set.orchard.truth());
+    let class = row_class(&set.scene, &set.truth(0));
     let profiled = |pipeline: Pipeline| pipeline.with_profile(band_m).map_err(ReadingError::from);
     let mut pipelines = vec![("contact", profiled(by_hits.of_class(class.clone()))?)];
     if let Some(pipeline) = by_shares {
@@ -189,7 +189,7 @@ fn pass(
         }
     })?;
     let truth = TruthBySlab::of(&set);
-    let bands = TruthByBand::of(&set.orchard, band_m, rig.start_m);
+    let bands = TruthByBand::of((&set.orchard, set.row_seen(0)), band_m, rig.start_m);
     let beams = if eye { "eye" } else { "rays" };
     let spacing_m = rig.tree_spacing_m.unwrap_or(1.0);
     Ok(pipelines
@@ -210,13 +210,14 @@ fn pass(
         .collect())
 }
 
-/// The true leaf area of the first row, by slab.
+/// The true leaf area of the row that the first scanner sees, by slab.
 pub(crate) struct TruthBySlab(Vec<f64>);
 
 impl TruthBySlab {
     pub(crate) fn of(set: &Set) -> Self {
         let grid = TruthGrid { slab_m: SLAB_M, ..TruthGrid::default() };
-        Self(set.orchard.truth_of_row(0, grid).slabs.iter().map(|slab| slab.leaf_area_m2).collect())
+        let row = set.row_seen(0).row;
+        Self(set.orchard.truth_of_row(row, grid).slabs.iter().map(|slab| slab.leaf_area_m2).collect())
     }
 
     /// Between two places of the row, which are faces of slabs; `None` where the row does not reach.

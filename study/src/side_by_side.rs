@@ -2,8 +2,9 @@
 
 use rowscan_canopy::estimator::{TABLE, by_name};
 use rowscan_canopy::{Estimate, EstimatorInfo, Measure};
+use rowscan_emulator::stage::Stage;
 use rowscan_protocol::rig::Rig;
-use rowscan_scenes::{Orchard, files};
+use rowscan_scenes::files;
 use serde::Serialize;
 
 use crate::appraisal::{Appraisal, Stretch};
@@ -52,10 +53,11 @@ pub struct Beside {
 }
 
 /// The row's numbers as the scanner of that number in the rig gave them, each with its truth where the orchard is known.
-pub fn beside_truth(estimate: &Estimate, scanner: usize, truth: Option<(&Orchard, &Rig)>) -> Vec<Beside> {
-    let appraisal = truth.map(|(orchard, rig)| {
+pub fn beside_truth(estimate: &Estimate, scanner: usize, truth: Option<(&Stage, &Rig)>) -> Vec<Beside> {
+    let appraisal = truth.map(|(stage, rig)| {
         let mount = rig.scanners.get(scanner).cloned().unwrap_or_default();
-        (Appraisal::of(orchard, &mount, rig.ground_clearance_m), rig.start_m)
+        let seen = (&*stage.orchard, stage.row_seen(scanner));
+        (Appraisal::of(seen, &mount, rig.ground_clearance_m), rig.start_m)
     });
     let stretch = appraisal.as_ref().map(|(truth, start_m)| scanned(truth, estimate, *start_m));
     Beside::of_row(estimate, stretch.as_ref())

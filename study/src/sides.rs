@@ -165,12 +165,13 @@ pub fn try_sides(
 
 /// The scene's row seen from the other alley, by a scanner on the tractor's other side: the drive goes the same way.
 fn from_other_alley(mut scene: Scene) -> Scene {
-    if let Some(mount) = scene.rig.scanners.first_mut() {
-        mount.row = match mount.row {
-            RowSide::Right => RowSide::Left,
-            RowSide::Left => RowSide::Right,
-        };
-    }
+    let Some(mount) = scene.rig.scanners.first_mut() else { return scene };
+    let (side, alley) = match mount.row {
+        RowSide::Right => (RowSide::Left, 1),
+        RowSide::Left => (RowSide::Right, -1),
+    };
+    mount.row = side;
+    scene.drive.alley = scene.drive.alley.map(|from| from + alley);
     scene
 }
 
@@ -180,7 +181,7 @@ fn row(scene: Scene, model: AnyModel, notes: &mut RowNotes) -> Result<RowByWay, 
     let pipeline = |stage: &Stage| -> Result<_, TrialError> {
         let rig: Rig = rig_with(&stage.rig, 0, model.name());
         let ByHitsAndShares { by_hits, asked, .. } = ByHitsAndShares::of(&rig, false)?;
-        Ok((by_hits.of_class(row_class(&stage.scene, &stage.orchard.truth())), asked))
+        Ok((by_hits.of_class(row_class(&stage.scene, &stage.truth(0))), asked))
     };
     let (other, asked) = pipeline(&far)?;
     let mut other = other.keeping_voxels();
@@ -195,7 +196,7 @@ fn row(scene: Scene, model: AnyModel, notes: &mut RowNotes) -> Result<RowByWay, 
         one.push(scan);
         both.iter_mut().for_each(|both| both.push(scan));
     })?;
-    let truth_m2 = near.orchard.truth().leaf_area_m2;
+    let truth_m2 = near.truth(0).leaf_area_m2;
     let (slabs, spacing_m) = (TruthBySlab::of(&near), near.rig.tree_spacing_m.unwrap_or(1.0));
     let found = |estimate: &Estimate| {
         let leaf_m2 = estimate.leaf.areas.best_m2().ok()?;
@@ -307,6 +308,20 @@ mod tests {
         assert_eq!(counts, [(2, 0), (2, 2), (2, 0), (2, 2)]);
         let bias: Vec<_> = found.iter().map(|way| (way.bias.expect("told") * 1e3).round()).collect();
         assert_eq!(bias, [200.0, 0.0, 100.0, 100.0]);
+    }
+
+    /// Whatever alley the drive is in: the other scanner looks at the same row, from its other side.
+    #[test]
+    fn the_other_alley_has_the_same_row() {
+        for side in ["right", "left"] {
+            for drive in ["", "[drive]\nalley = 1\n", "[drive]\nalley = 2\n"] {
+                let text = format!("version = 2\n{drive}[[rig.scanner]]\nrow = \"{side}\"\n");
+                let scene = rowscan_scenes::files::scene_from_text(&text, |_| {}).expect("a scene");
+                let one = scene.row_seen(0).expect("a row");
+                let other = from_other_alley(scene).row_seen(0).expect("a row");
+                assert_eq!((one.row, !one.towards_x), (other.row, other.towards_x), "{side}, {drive}");
+            }
+        }
     }
 
     #[test]

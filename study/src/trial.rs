@@ -88,7 +88,7 @@ impl Trial {
     ) -> Result<Self, TrialError> {
         let model = model.into();
         let rig = rig_with(told, 0, model.name());
-        let truth = stage.orchard.truth();
+        let truth = stage.truth(0);
         let class = row_class(&stage.scene, &truth);
         let reading = Reading::of(Some(&rig), 0, true, CalibrationChoice::Given(calibration.map(Box::new)))?;
         let asked = StartUpRequests { cola: reading.cola, lms2xx: reading.lms2xx };
@@ -250,4 +250,34 @@ fn each_lms2xx(
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use rowscan_emulator::stage::Stage;
+    use rowscan_scenes::files::scene_from_text;
+
+    use super::*;
+
+    /// Two rows of which one has a gap: the truth, its class and its error are of the row that the scanner looks at.
+    #[test]
+    fn the_truth_is_that_of_the_row_that_is_seen() {
+        for (row, side, alley) in [(0, "right", 0), (1, "right", 1), (0, "left", 1), (1, "left", 2)] {
+            let text = format!(
+                "version = 2\n[orchard]\nrows = 2\ntrees = 4\nmissing = [[1, 2], []]\n[orchard.tree]\niterations = 6\n[drive]\nalley = {alley}\n[[rig.scanner]]\nrow = \"{side}\"\n"
+            );
+            let stage =
+                Stage::grow(scene_from_text(&text, |_| {}).expect("a scene"), &|_, _| {}).expect("grows");
+            let truths = [0, 1].map(|row| stage.orchard.truth_of_row(row, Default::default()).leaf_area_m2);
+            assert!(truths[1] > 1.5 * truths[0], "{truths:?}");
+            let trial = Trial::drive_past(&stage, AnyModel::by_name("lms111").expect("a model"), None, &[]);
+            let trial = trial.expect("scanned");
+            assert_eq!(trial.truth.leaf_area_m2, truths[row], "{side} of alley {alley}");
+            let raw_m2 = trial.estimate.leaf.areas.contact_raw_m2().expect("told");
+            assert!(
+                (raw_m2 / truths[row] - 1.0).abs() < 0.35,
+                "{side} of alley {alley}: {raw_m2} for {truths:?}"
+            );
+        }
+    }
 }

@@ -58,6 +58,7 @@ mod online_offline;
 mod optics;
 mod orchards;
 mod other_side;
+mod other_way;
 mod outputs;
 mod overwriting;
 mod part_faults;

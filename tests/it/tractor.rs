@@ -76,7 +76,7 @@ fn two_runs_say_the_same_bytes_at_the_same_instants() {
     // Rates by the standard: 100 ms from the first whole step after the claim; the claim itself; the facilities once.
     let count = |pgn: u32| {
         log.lines()
-            .filter_map(rowscan_bus::link::candump::read_line)
+            .filter_map(rowscan_bus::link::candump::read_frame)
             .filter(|(_, frame)| J1939Id::of(frame.id).unwrap().pgn == pgn)
             .count()
     };
@@ -86,7 +86,7 @@ fn two_runs_say_the_same_bytes_at_the_same_instants() {
     // Half a metre a second squared from 1 to 1.5 m/s: there at four seconds.
     let (at, last) = log
         .lines()
-        .filter_map(rowscan_bus::link::candump::read_line)
+        .filter_map(rowscan_bus::link::candump::read_frame)
         .rfind(|(_, frame)| J1939Id::of(frame.id).unwrap().pgn == 65_097)
         .unwrap();
     let told = pgn::tractor::GROUND_SPEED.decode(last.data());

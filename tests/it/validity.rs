@@ -30,8 +30,10 @@ fn telegram(counter: u16, said: Said) -> Vec<u8> {
         "sSN LMDscandata 1 1 16F4C7A {status} {counter:X} {counter:X} {time:X} {time:X} 0 0 4 0 {layer} 1388 168 0 1 DIST1 {scale:08X} 00000000 \
          {start:08X} {step:X} 3C"
     );
-    for _ in 0..60 {
-        write!(body, " {range_mm:X}").expect("a string takes it");
+    // Neighbours lie at other depths, as in foliage: what lies in one plane is a wall. 0 is a beam without an echo.
+    for beam in 0..60 {
+        let deeper_mm = if range_mm == 0 { 0 } else { beam % 4 * 40 };
+        write!(body, " {:X}", range_mm + deeper_mm).expect("a string takes it");
     }
     body.push_str(" 0 0 0 0 0 0");
     let mut bytes = Vec::new();
@@ -198,11 +200,11 @@ fn a_layers_points_lie_above_the_plane_and_two_layers_make_no_table() {
     let mut points = csv::Reader::from_reader(ended.stdout.as_bytes());
     let head = points.headers().expect("a header").clone();
     let column = |name: &str| head.iter().position(|column| column == name).expect("the column is there");
-    let (z, layer) = (column("z_m"), column("layer_deg"));
+    let (z, layer, range) = (column("z_m"), column("layer_deg"), column("range_m"));
     for point in points.records() {
         let point = point.expect("a record");
         let number = |at: usize| point[at].parse::<f64>().expect("a number");
-        assert!((number(z) - 1.8 * number(layer).to_radians().sin()).abs() < 1e-9, "{point:?}");
+        assert!((number(z) - number(range) * number(layer).to_radians().sin()).abs() < 1e-9, "{point:?}");
     }
     let table = run(&["export", path, "--to", "csv", "--what", "scans", "-o", "-"]);
     assert_eq!(table.code, Some(2));

@@ -14,6 +14,7 @@ use tokio::sync::mpsc;
 
 use super::BusError;
 use crate::CanFrame;
+use crate::error_frame::ErrorFrame;
 use crate::port_event::{Outgoing, OutgoingFrame};
 
 /// The interface name that stands in the lines.
@@ -30,10 +31,28 @@ fn write_text(text: &mut String, at: SimTime, frame: &str) {
     text.push('\n');
 }
 
+/// What a line tells of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Logged {
+    /// A frame on the bus.
+    Frame(CanFrame),
+    /// What the controller told its host.
+    Error(ErrorFrame),
+}
+
 /// Reads one line; `None` if it is none.
-pub fn read_line(line: &str) -> Option<(SimTime, CanFrame)> {
-    let CandumpLine { at_ns, frame, .. } = CandumpLine::parse(line)?;
-    Some((SimTime(at_ns), CanFrame::from_text(frame)?))
+pub fn read_line(line: &str) -> Option<(SimTime, Logged)> {
+    let CandumpLine { at_ns, frame: text, .. } = CandumpLine::parse(line)?;
+    let frame = CanFrame::from_text(text).map(Logged::Frame);
+    Some((SimTime(at_ns), frame.or_else(|| ErrorFrame::from_text(text).map(Logged::Error))?))
+}
+
+/// Reads the frame of one line; `None` if it is none.
+pub fn read_frame(line: &str) -> Option<(SimTime, CanFrame)> {
+    match read_line(line)? {
+        (at, Logged::Frame(frame)) => Some((at, frame)),
+        (_, Logged::Error(_)) => None,
+    }
 }
 
 /// Whether a log that is written has lost its end.
@@ -118,13 +137,21 @@ mod tests {
         }
         assert!(text.starts_with("(0000000001.500001) can0 18FE4980#0011FF\n"), "{text}");
         for (line, frame) in text.lines().zip(&frames) {
-            assert_eq!(read_line(line), Some((SimTime(1_500_001_000), *frame)));
+            assert_eq!(read_frame(line), Some((SimTime(1_500_001_000), *frame)));
             assert_eq!(
-                read_line(&format!("{line} R")),
+                read_frame(&format!("{line} R")),
                 Some((SimTime(1_500_001_000), *frame)),
                 "python-can's"
             );
         }
+    }
+
+    #[test]
+    fn error_frames_come_back_too() {
+        let mut text = String::new();
+        write_text(&mut text, SimTime(2_000), &ErrorFrame::bus_off().to_text());
+        assert_eq!(read_line(text.trim_end()), Some((SimTime(2_000), Logged::Error(ErrorFrame::bus_off()))));
+        assert_eq!(read_frame(text.trim_end()), None);
     }
 
     #[test]

@@ -85,6 +85,8 @@ impl<'a> Law<'a> {
             Some(Withheld::EchoUnknown)
         } else if row.other_slope().is_some_and(|slope| slope.withheld) {
             Some(Withheld::GroundSlope)
+        } else if row.ground_in_canopy().is_some() {
+            Some(Withheld::GroundAsCanopy)
         } else if row.sampled_so_far().too_dense() > NO_FOLIAGE {
             Some(Withheld::NoFoliage)
         } else {

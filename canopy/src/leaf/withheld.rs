@@ -66,6 +66,7 @@ reasons! {
     UnknownBeams = 24, "unknown_beams", "too many of the beams that look at the row have no range that could be known";
     GroundSlope = 25, "ground_slope", "the ground rises more than 5° otherwise than the rig says";
     MostlyWood = 26, "mostly_wood", "three fifths and more of what was met is wood, as the calibration's rows have it or by the row's class";
+    GroundAsCanopy = 27, "ground_as_canopy", "ground lies among what counts as canopy";
 }
 
 impl fmt::Display for Withheld {

@@ -105,6 +105,8 @@ pub(super) struct Way {
     pub(super) entry_m: f64,
     pub(super) first: usize,
     pub(super) last: usize,
+    /// Metres across the row a metre of the beam.
+    pub(super) cos: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -128,7 +130,8 @@ impl Paths {
         for beam in beams {
             let first = self.steps.len();
             let entry_m = beam.map_or(0.0, |beam| self.walk(&beam, frame, (region, parameters)));
-            self.ways.push(Way { entry_m, first, last: self.steps.len() });
+            let cos = beam.map_or(0.0, |beam| beam.cos);
+            self.ways.push(Way { entry_m, first, last: self.steps.len(), cos });
         }
         self.aimed.clear();
         self.aimed.resize(region.len(), false);
@@ -139,14 +142,14 @@ impl Paths {
         }
     }
 
-    /// Follows a beam through its voxels to where it ends: `each` gets every step, the free path in it as rays would have it, metres, and whether the
-    /// beam ends there. Nothing of a beam that is unknown, or that ends before the region.
+    /// Follows a beam through its voxels to where it ends: `each` gets every step, the free path in it as rays would have it, metres, and the range at
+    /// which the beam ends, if it does there. Nothing of a beam that is unknown, or that ends before the region.
     pub(super) fn follow(
         &self,
         way: &Way,
         range_m: f64,
         delays: &Delays,
-        mut each: impl FnMut(&Step, f64, bool),
+        mut each: impl FnMut(&Step, f64, Option<f64>),
     ) {
         let end_m = match reading(range_m) {
             Reading::Return => range_m,
@@ -163,7 +166,7 @@ impl Paths {
         let end_m = if inside { (end_m - delays.at(end_m)).max(from_m) } else { end_m };
         for step in steps {
             let ends = end_m < step.exit_m;
-            each(step, (step.exit_m.min(end_m) - from_m) * step.inflation, ends);
+            each(step, (step.exit_m.min(end_m) - from_m) * step.inflation, ends.then_some(end_m));
             if ends {
                 return;
             }

@@ -8,6 +8,7 @@ use rowscan_protocol::plural::plural;
 use super::Warning;
 use crate::class::ClassKey;
 use crate::gate::Exclusion;
+use crate::odometry::AdvanceSource;
 use crate::remission::RemissionScale;
 
 impl fmt::Display for Warning {
@@ -275,6 +276,16 @@ impl fmt::Display for Warning {
                 "by its rig the other pass saw the row from the same side as this one: it shows little that was hidden, and an interval that it makes narrower is too narrow; \
                  name the recording from the other alley, or its rig with --other-rig",
             ),
+            Self::WaysDiffer { way, way_m, beside, beside_m, apart_m } => {
+                let other = if *beside == AdvanceSource::Can { "can" } else { "gnss" };
+                write!(
+                    f,
+                    "the way by {} is {way_m:.2} m, and by the ground speed beside it ({}) {beside_m:.2} m, {apart_m:.2} m apart at most: a wheel slips, or `encoder_ticks_per_m`, the rig's speed or \
+                     the ground speed is wrong. Areas and lengths are as wrong as the way; `--advance {other}` takes the other one",
+                    way.name(),
+                    beside.name()
+                )
+            }
             Self::ConstantSpeed { scans, speed_m_s, has_encoder } => {
                 let none = if *has_encoder { "" } else { " (this scanner's model tells no encoder's count)" };
                 write!(
@@ -307,7 +318,7 @@ impl fmt::Display for Warning {
             }
             Self::GroundAsCanopy { share, z_m } => write!(
                 f,
-                "no beam met the ground where the rig puts it, and {:.0} % of the returns that count as canopy lie level {z_m:.1} m above it, as ground does: leaf areas are too large; compare the mount's `height_m`, `roof` and angles with the machine",
+                "{:.0} % of the returns that count as canopy lie level {z_m:.1} m above where the rig puts the ground, as ground does: leaf areas are withheld; compare the mount's `height_m`, `roof` and angles with the machine, or raise `ground_clearance_m` above grass and weeds",
                 100.0 * share
             ),
             Self::GroundSlope { found_deg, told_deg, withheld } => write!(
@@ -350,7 +361,8 @@ impl fmt::Display for Warning {
 
 /// How far classes are apart, in words.
 fn apart(f: &mut fmt::Formatter<'_>, relative_sd: Option<f64>) -> fmt::Result {
-    match relative_sd {
+    // Where one of the classes has no leaves, no share tells it.
+    match relative_sd.filter(|sd| sd.is_finite()) {
         Some(sd) => write!(f, "; such classes are {:.0} % apart (standard deviation)", 100.0 * sd),
         None => f.write_str("; how far such classes are apart was not measured"),
     }

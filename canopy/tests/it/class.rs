@@ -14,8 +14,9 @@ fn rig() -> Rig {
 fn wall() -> Vec<Scan> {
     drive(&rig(), lms111(), 50, 600, |y_m, theta| {
         let share = 0.3 + 0.2 * (y_m.floor() * 2.4).sin();
-        let dice = ((y_m * 977.0 + theta * 7919.0).sin() * 43_758.547).fract().abs();
-        if dice < share && theta.abs() < 0.9 { 1.5 / theta.cos() } else { NO_ECHO }
+        let dice = scatter(y_m, theta);
+        let x_m = 1.5 + 0.15 * scatter(theta, y_m);
+        if dice < share && theta.abs() < 0.9 { x_m / theta.cos() } else { NO_ECHO }
     })
 }
 

@@ -23,7 +23,9 @@ fn row(block: usize) -> Vec<Scan> {
         let cell = |value: f64| (value / block as f64).floor();
         let dice = (cell(beam) * 12.9898 + cell(of_way) * 78.233).sin() * 43_758.547;
         let ends = dice.fract().abs() < 0.33 && theta.abs() < 0.8;
-        if ends { 2.0 / theta.cos() } else { NO_ECHO }
+        // Leaves lie at other depths than their neighbours.
+        let x_m = 1.9 + 0.2 * scatter(cell(beam), cell(of_way));
+        if ends { x_m / theta.cos() } else { NO_ECHO }
     })
 }
 

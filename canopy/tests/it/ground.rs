@@ -1,7 +1,7 @@
 //! Ground that a wrong rig puts among the leaves is told, and ground on a slope that the rig tells is no leaf.
 
-use crate::common::{drive, estimate, lms111, lms511, orchard_rig, relative, wall};
-use rowscan_canopy::{Estimate, Heading};
+use crate::common::{drive, estimate, lms111, lms511, orchard_rig, relative, scatter, wall};
+use rowscan_canopy::{Estimate, Heading, Withheld};
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Rig, RowSide};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
@@ -10,9 +10,9 @@ use rowscan_protocol::scan::{NO_ECHO, Scan};
 fn ranges_on_ground(height_m: f64, axis_m: f64, slope_deg: f64) -> impl FnMut(f64, f64) -> f64 {
     let rise = slope_deg.to_radians().tan();
     move |y_m, theta| {
-        let dice = ((y_m * 977.0 + theta * 7919.0).sin() * 43_758.547).fract().abs();
+        let dice = scatter(y_m, theta);
         let (sin, cos) = theta.sin_cos();
-        let crown = 1.7 / cos;
+        let crown = (1.65 + 0.1 * scatter(theta, y_m)) / cos;
         let z_m = height_m + crown * sin;
         if (0.6..2.8).contains(&z_m) && dice < 0.5 {
             crown
@@ -78,7 +78,11 @@ fn ground_that_lies_elsewhere_than_the_rig_has_it_is_told() {
         ] {
             let mount = Mount { height_m: real_m + off_m, ..Mount::default() };
             let found = orchard_on_ground(&Rig { scanners: vec![mount], ..orchard_rig() }, real_m);
-            assert_eq!(warned(&found, "ground_level"), told, "{real_m} {off_m}: {:?}", found.warnings);
+            // Where it counts as canopy, that is told, and no leaf area.
+            let counts = warned(&found, "ground_as_canopy");
+            assert_eq!(counts, off_m >= 0.1, "{real_m} {off_m}: {:?}", found.warnings);
+            assert_eq!(found.leaf.areas.best_m2().err(), counts.then_some(Withheld::GroundAsCanopy));
+            assert_eq!(warned(&found, "ground_level") || counts, told, "{real_m} {off_m}");
             assert!(!warned(&found, "ground_slope"), "{real_m} {off_m}");
         }
     }

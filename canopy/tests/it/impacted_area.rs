@@ -1,7 +1,7 @@
 //! I_T against closed forms: walls, a cylinder, removed ground and far row, lost and repeated lines.
 
 use crate::common::*;
-use rowscan_canopy::{AreaForm, Estimate, Parameters, Pipeline};
+use rowscan_canopy::{AreaForm, Estimate, Parameters, Pipeline, Withheld};
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Orientation, Rig, Roof, RowSide};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
@@ -189,14 +189,55 @@ fn a_wall_has_an_impacted_area_and_no_leaves() {
     );
     // Beams of which three in four pass are foliage, and none is too dense.
     let sparse = |y_m: f64, theta: f64| {
-        let dice = ((y_m * 977.0 + theta * 7919.0).sin() * 43_758.547).fract().abs();
-        if dice < 0.25 { banded_wall(distance_m + 0.1)(y_m, theta) } else { NO_ECHO }
+        let deep_m = 0.15 * scatter(theta, y_m);
+        if scatter(y_m, theta) < 0.25 { banded_wall(distance_m + deep_m)(y_m, theta) } else { NO_ECHO }
     };
     let found = estimate(&orchard_rig(), &drive(&orchard_rig(), lms111(), 50, 301, sparse));
     assert!(
         found.leaf.areas.best_m2().ok() > Some(1.0)
             && found.contact.is_some_and(|contact| contact.too_dense == 0.0)
     );
+}
+
+/// Wherever in a voxel a wall stands, and whatever noise its ranges have; foliage twice as dense as the densest hedge, which no beam passes either, is none.
+#[test]
+fn a_wall_is_told_from_foliage_that_no_beam_passes() {
+    let seen = |distance_m: f64, depth: &dyn Fn(f64) -> f64| {
+        let scene = |y_m: f64, theta: f64| {
+            let deep_m = depth(scatter(y_m, theta));
+            if theta.abs() < 1.05 { distance_m / theta.cos() + deep_m } else { NO_ECHO }
+        };
+        estimate(&orchard_rig(), &drive(&orchard_rig(), lms111(), 50, 151, scene))
+    };
+    for step in 0..14 {
+        let distance_m = 1.5 + 0.04 * f64::from(step);
+        // 12 mm as a standard deviation, evenly spread.
+        for noise_m in [0.0, 0.0416] {
+            let wall = seen(distance_m, &|dice| noise_m * (dice - 0.5));
+            assert_eq!(wall.leaf.areas.best_m2().err(), Some(Withheld::NoFoliage), "{distance_m}, {noise_m}");
+        }
+        for density in [10.0, 20.0, 40.0] {
+            let foliage = seen(distance_m, &|dice: f64| -(1.0 - dice).ln() / (0.5 * density));
+            let too_dense = foliage.contact.map(|contact| contact.too_dense);
+            assert!(too_dense < Some(0.05), "{distance_m}, {density} m2 a m3: {too_dense:?}");
+        }
+    }
+}
+
+/// Three in four beams pass it.
+#[test]
+fn a_net_is_no_foliage() {
+    let seen = |deep_m: f64| {
+        let net = |y_m: f64, theta: f64| {
+            let is_hit = scatter(y_m, theta) < 0.25 && theta.abs() < 1.05;
+            if is_hit { (1.8 + deep_m * scatter(theta, y_m)) / theta.cos() } else { NO_ECHO }
+        };
+        estimate(&orchard_rig(), &drive(&orchard_rig(), lms111(), 50, 151, net))
+    };
+    for noise_m in [0.0, 0.0416] {
+        assert_eq!(seen(noise_m).leaf.areas.best_m2().err(), Some(Withheld::NoFoliage), "{noise_m}");
+    }
+    assert!(seen(0.2).leaf.areas.best_m2().ok() > Some(1.0), "a row of leaves 20 cm deep");
 }
 
 #[test]
@@ -265,7 +306,7 @@ fn a_gap_between_trees_holds_next_to_nothing() {
     let rig = orchard_rig();
     // Hedges in trees 0 and 2, nothing in tree 1.
     let scene = |y_m: f64, theta: f64| {
-        let x_m = 1.5;
+        let x_m = 1.5 + 0.1 * scatter(y_m, theta);
         let z_m = 1.6 + x_m * theta.tan();
         if !(1.5..3.0).contains(&(y_m + 1e-9)) && (0.5..2.5).contains(&z_m) && theta.abs() < 1.5 {
             x_m / theta.cos()

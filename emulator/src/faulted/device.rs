@@ -105,8 +105,8 @@ impl DeviceFaults {
                     off = true;
                 }
                 Change::PowerOn(_) => device.power_on(at),
-                Change::Begin(_, Trouble::Dirt { level, .. }) => device.set_contamination(level),
-                Change::End(_) => device.set_contamination(0),
+                Change::Begin(_, Trouble::Dirt { level, .. }) => device.soil(level),
+                Change::End(_) => device.soil(0),
                 Change::Leave(stored) => device.leave_as(rate(stored), stored.streaming),
                 // Refused when they were added.
                 Change::Begin(..) | Change::Drift(_) | Change::Step(_) | Change::Wrap(_) => {}

@@ -1,11 +1,55 @@
 //! A recorded picoScan or multiScan: how it was set, by its Compact telegrams.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
-use rowscan_protocol::compact::CompactListener;
+use rowscan_protocol::compact::{CompactListener, Telegram};
 use rowscan_protocol::host::{HostEvent, HostSession};
 use rowscan_protocol::model::{Model, ScanMode};
 use rowscan_protocol::scan::{Scan, is_level};
+
+use super::moment::Moment;
+
+/// Turns that may be open at once.
+const MAX_OPEN: usize = 16;
+
+/// Where the turns of a stream begin: a turn is found once it is whole, and its first segment stands before that.
+#[derive(Debug, Default)]
+pub(super) struct TurnMoments {
+    part: CompactPart,
+    /// Turns by the number that scans have, and where their first segments stand.
+    begins: VecDeque<(u16, Moment)>,
+}
+
+impl TurnMoments {
+    /// Takes the next telegram, which stands there; where the turns begin that are whole with it.
+    pub(super) fn take(&mut self, telegram: &[u8], at: Moment) -> impl Iterator<Item = Moment> {
+        let turn = Telegram::decode(telegram).ok().and_then(|telegram| telegram.turn());
+        if let Some(turn) = turn.map(|turn| turn as u16)
+            && !self.begins.iter().any(|(begun, _)| *begun == turn)
+        {
+            self.begins.truncate(MAX_OPEN - 1);
+            self.begins.push_front((turn, at));
+        }
+        let whole = self.part.take(telegram);
+        self.moments(whole, at)
+    }
+
+    /// No more telegrams come; where the turns begin that are whole now.
+    pub(super) fn finish(&mut self) -> impl Iterator<Item = Moment> {
+        let whole = self.part.finish();
+        self.moments(whole, Moment::END)
+    }
+
+    fn moments(&mut self, whole: Vec<u16>, otherwise: Moment) -> impl Iterator<Item = Moment> {
+        let begins = |turn: &u16| self.begins.iter().find(|(begun, _)| begun == turn);
+        let moments: Vec<Moment> =
+            whole.iter().map(|turn| begins(turn).map_or(otherwise, |(_, at)| *at)).collect();
+        // A device that begins anew gives its numbers again.
+        self.begins.retain(|(begun, _)| !whole.contains(begun));
+        moments.into_iter()
+    }
+}
 
 /// What the recorded datagrams of a stream tell of their device.
 #[derive(Debug, Default)]
@@ -20,27 +64,29 @@ pub struct CompactPart {
 }
 
 impl CompactPart {
-    /// Takes the next telegram; how many turns are whole with it.
-    pub(super) fn take(&mut self, telegram: &[u8]) -> u64 {
+    /// Takes the next telegram; the numbers of the turns that are whole with it.
+    pub(super) fn take(&mut self, telegram: &[u8]) -> Vec<u16> {
         self.listener.handle_datagram(Duration::ZERO, telegram);
         self.turns()
     }
 
-    /// No more telegrams come; how many turns are whole now.
-    pub(super) fn finish(&mut self) -> u64 {
+    /// No more telegrams come; the numbers of the turns that are whole now.
+    pub(super) fn finish(&mut self) -> Vec<u16> {
         self.listener.handle_end();
         self.turns()
     }
 
-    fn turns(&mut self) -> u64 {
-        let mut turns = 0;
+    fn turns(&mut self) -> Vec<u16> {
+        let mut turns = Vec::new();
         while let Some(event) = self.listener.poll_event() {
             if event != HostEvent::Scan {
                 continue;
             }
             let scan = self.listener.scan();
             // A turn counts once, with the first of its lines.
-            turns += u64::from(self.turn.replace(scan.scan_counter) != Some(scan.scan_counter));
+            if self.turn.replace(scan.scan_counter) != Some(scan.scan_counter) {
+                turns.push(scan.scan_counter);
+            }
             self.has_layers |= !is_level(scan.layer_centideg);
             if self
                 .first

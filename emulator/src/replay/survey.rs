@@ -13,6 +13,7 @@ use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Method, Telegram, Variable};
 use rowscan_recording::{About, DeviceEchoes, RecordedFrame, Side, Soundness, StreamInfo, StreamKind, Torn};
 
+use super::compact::TurnMoments;
 use super::echo::{EchoTrace, ToldEcho};
 use super::moment::{Moment, Moments};
 use super::timed_frames::TimedFrames;
@@ -190,35 +191,43 @@ impl Survey {
         for part in &mut parts {
             part.assumed_hz = frames.hertz(part.stream);
             part.take_polls();
-            part.scans += part.compact.finish();
+            part.scans += part.compact.finish().len() as u64;
         }
         let torn = recording.torn().cloned();
         let (about, soundness) = (recording.about().clone(), recording.soundness());
         Ok(Self { path: path.to_owned(), about, parts, torn, soundness })
     }
 
-    /// Where a part's scan number `number`, from 0, stands; none if it has fewer.
+    /// Where a part's scan number `number`, from 0, begins; none if it has fewer.
     pub fn scan_at(&self, part: &Part, number: u64) -> Result<Option<Moment>, ReplayError> {
         let fail = unreadable(&self.path);
         let names: Vec<&str> = self.parts.iter().map(|part| part.name.as_str()).collect();
         let mut frames = TimedFrames::open(&self.path, &names, &still_streams(&self.parts)).map_err(&fail)?;
-        let (mut scans, mut compact, mut moments) = (0, CompactPart::default(), Moments::default());
+        let (mut scans, mut turns, mut moments) = (0, TurnMoments::default(), Moments::default());
         while let Some(frame) = frames.next_frame().map_err(&fail)? {
             let moment = moments.next(frame.at_ns);
-            let is_scan = match frame.kind {
-                StreamKind::Lms2xx => has_values(frame.payload()),
-                StreamKind::Compact if frame.stream == part.stream => compact.take(frame.payload()) > 0,
-                _ => frame.telegram().is_some_and(|telegram| is_scan(&telegram, part.polled)),
-            };
-            if frame.stream != part.stream || frame.from != Side::Device || !is_scan {
+            if frame.stream != part.stream || frame.from != Side::Device {
                 continue;
             }
-            if scans == number {
+            let is_scan = match frame.kind {
+                StreamKind::Lms2xx => has_values(frame.payload()),
+                StreamKind::Compact => {
+                    for begins in turns.take(frame.payload(), moment) {
+                        if scans == number {
+                            return Ok(Some(begins));
+                        }
+                        scans += 1;
+                    }
+                    continue;
+                }
+                _ => frame.telegram().is_some_and(|telegram| is_scan(&telegram, part.polled)),
+            };
+            if is_scan && scans == number {
                 return Ok(Some(moment));
             }
-            scans += 1;
+            scans += u64::from(is_scan);
         }
-        Ok(None)
+        Ok(turns.finish().nth((number - scans) as usize))
     }
 
     /// The parts called so; without names, the first `count` with scans, or with anything a scanner sends by itself.
@@ -316,9 +325,9 @@ impl Part {
         self.begins_ns.get_or_insert(frame.at_ns);
         self.ends_ns = self.ends_ns.max(frame.at_ns);
         let turns = self.compact.take(frame.bytes.get(frame.frame_at..).unwrap_or_default());
-        self.scans += turns;
-        (0..turns).for_each(|_| self.echoes[0].scan(self.heard.code()));
-        if turns > 0 {
+        self.scans += turns.len() as u64;
+        turns.iter().for_each(|_| self.echoes[0].scan(self.heard.code()));
+        if !turns.is_empty() {
             self.first_scan_ns.get_or_insert(frame.at_ns);
             self.last_scan_ns = self.last_scan_ns.max(Some(frame.at_ns));
         }

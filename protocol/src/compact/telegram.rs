@@ -91,6 +91,14 @@ impl Telegram {
         }
     }
 
+    /// The number of the turn that it tells of; none of what is no scan.
+    pub fn turn(&self) -> Option<u64> {
+        match self {
+            Self::Scan(scan) => scan.modules.0.first().map(|module| module.frame_number),
+            Self::Imu(_) | Self::Encoder(_) => None,
+        }
+    }
+
     /// Its type on the wire.
     fn number(&self) -> u32 {
         match self {

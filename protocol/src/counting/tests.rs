@@ -181,6 +181,29 @@ fn without_a_device_clock_the_nominal_frequency_stands_in() {
     assert_eq!(c.timeless, 0);
 }
 
+/// An LMS2xx without a scan index: the reader counts what comes, and times it when it comes.
+#[test]
+fn of_a_device_that_does_not_count_lost_telegrams_are_unknown_and_a_burst_takes_no_time() {
+    let mut counting = Counting::default();
+    // 20 in order, then nothing for 2 s, and 10 of them at once: held up, or lost, nobody knows.
+    let times = (0..20).map(|place| 200_000 * place).chain([5_800_000; 10]);
+    let turns: Vec<Turn> = (0..)
+        .zip(times)
+        .map(|(counter, time_us)| counting.observe(&Scan { uncounted: true, ..scan(counter, time_us) }))
+        .collect();
+    assert!((travel_s(&turns[29]) - 5.8).abs() < 1e-9, "{:?}", turns[29]);
+    assert_eq!((counting.all_lost(), counting.frequency_hz(), counting.untimed), (None, None, 0));
+    assert!(!counting.counts());
+    // Where all have one time, it tells nothing: the rate stands in.
+    let mut still = Counting::default();
+    let last = (0..4).map(|counter| still.observe(&Scan { uncounted: true, ..scan(counter, 0) })).last();
+    assert!((travel_s(&last.unwrap()) - 0.06).abs() < 1e-12);
+    assert_eq!((still.all_lost(), still.untimed), (None, 3));
+    let mut first = Counting::default();
+    first.observe(&Scan { uncounted: true, ..scan(0, 0) });
+    assert_eq!(first.all_lost(), Some(0), "nothing is missing before the first");
+}
+
 #[test]
 fn without_a_frequency_too_nothing_is_known_unless_it_is_given() {
     let bare = |counter| Scan { scan_frequency_hz: 0.0, ..scan(counter, 0) };

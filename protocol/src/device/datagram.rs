@@ -35,6 +35,13 @@ pub struct Datagram {
     pub(super) telegram: Telegram,
 }
 
+impl Datagram {
+    /// The number of the turn that it tells of; none of what is no scan.
+    pub fn turn(&self) -> Option<u64> {
+        self.telegram.turn()
+    }
+}
+
 impl Stream {
     /// All, in the order in which those of one instant are sent.
     pub const ALL: [Self; 3] = [Self::Scan, Self::Imu, Self::Encoder];

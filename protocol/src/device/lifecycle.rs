@@ -42,7 +42,8 @@ impl Device {
 
     /// The state it is found in at simulated time zero.
     pub(super) fn begin(&mut self, start: Start) {
-        self.condition = Condition::default();
+        // Its window is as it was.
+        self.condition = Condition { contamination: self.condition.contamination, ..Condition::default() };
         match start {
             Start::Streaming => {}
             Start::PowerUp => self.power_up(SimTime::ZERO),

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use crate::bench::Bench;
 use rowscan_protocol::device::{
-    DialectPolicy, MeasuredEcho, MeasuredLine, Options, Profile, Reply, Session, Start,
+    Device, DialectPolicy, Identity, MeasuredEcho, MeasuredLine, Options, Profile, Reply, Session, Start,
 };
 use rowscan_protocol::frame::{Dialect, encode};
 use rowscan_protocol::model::{MODELS, by_name};
@@ -149,6 +149,22 @@ fn contamination_is_read_and_marks_the_second_status_byte_of_scans() {
             assert_eq!(bench.ask("sRN LCMstate"), format!("sRA LCMstate {level}"));
             assert_eq!(status_on_the_wire(&mut bench), (format!("0 {status}"), [0, status]), "{model}");
         }
+    }
+}
+
+/// However it is found, and after it was switched off and on.
+#[test]
+fn dirt_stays_on_the_window_whatever_state_a_scanner_is_in() {
+    let states =
+        [Start::Streaming, Start::PowerUp, Start::Standby, Start::Stopped, Start::LoggedIn, Start::Error];
+    for start in states {
+        let mut bench = found("lms111", Profile::Bench, start);
+        assert_eq!(bench.ask("sRN LCMstate"), "sRA LCMstate 0", "{start:?}");
+        let mut dirty = Device::new(by_name("lms111").unwrap(), Identity::default());
+        dirty.set_contamination(2);
+        bench.device = dirty.with_options(Options { start, ..Options::default() });
+        bench.now = SimTime::ZERO + Duration::from_secs(60);
+        assert_eq!(bench.ask("sRN LCMstate"), "sRA LCMstate 2", "{start:?}");
     }
 }
 

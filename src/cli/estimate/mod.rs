@@ -17,11 +17,11 @@ use std::path::{Path, PathBuf};
 use indicatif::ProgressBar;
 use rowscan_canopy::{CutMethod, Enough, RowClass, Warning};
 use rowscan_driver::{DriverConfig, DriverError, Source};
+use rowscan_emulator::stage::Stage;
 use rowscan_ports::Delivery;
 use rowscan_ports::task;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Rig};
-use rowscan_scenes::Orchard;
 use rowscan_study::class::bare_class;
 use rowscan_study::reading::{CalibrationChoice, Reading, ReadingError};
 use rowscan_study::side_by_side::beside_truth;
@@ -351,14 +351,14 @@ impl Args {
         &self,
         followed: &mut Followed,
         scanners: &[usize],
-        truth: Option<(&Orchard, &Rig)>,
+        truth: Option<(&Stage, &Rig)>,
     ) -> Option<ScannerReport> {
         let (mut estimate, scanner) = (followed.estimate.take()?, scanners.get(followed.place)?);
         let side_by_side = match self.estimators.are_asked() {
             true => beside_truth(&estimate, *scanner, truth),
             false => Vec::new(),
         };
-        let profile = self.profile.told(&estimate, truth);
+        let profile = self.profile.told(&estimate, *scanner, truth);
         estimate.profile = None;
         let several = scanners.len() > 1;
         Some(ScannerReport {
@@ -427,9 +427,9 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         say("no truth is told: --rig names no scene");
     }
     let scene = args.rig.as_deref().zip(scene).filter(|_| args.estimators.are_asked() || args.profile.truth);
-    let orchard = match scene.and_then(|scene| true_scene(scene, args.seed, &args.sources, &mut recorded)) {
+    let stage = match scene.and_then(|scene| true_scene(scene, args.seed, &args.sources, &mut recorded)) {
         Some(scene) => match interrupt.or(scene::grow(scene)).await.transpose()? {
-            Some(stage) => Some(stage.orchard),
+            Some(stage) => Some(stage),
             None => return Ok(Outcome::Done),
         },
         None => None,
@@ -476,7 +476,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let failed = all.iter_mut().find_map(|followed| std::mem::replace(&mut followed.ended, Ok(())).err());
     let truth = |place: usize| {
         let is_here = recorded.get(place).is_some_and(|recorded| recorded.other_scene.is_none());
-        orchard.as_deref().zip(rigs.get(place)).filter(|_| is_here)
+        stage.as_ref().zip(rigs.get(place)).filter(|_| is_here)
     };
     let is_asked = rig.is_some() && !maps.are_none();
     let map = is_asked.then(|| args.mapped(&maps, &all, &scanners, &rigs));

@@ -1,8 +1,8 @@
 //! The profile of an estimate: `--profile`, its lines and its table.
 
 use rowscan_canopy::{BAND_HEIGHTS_M, Estimate};
+use rowscan_emulator::stage::Stage;
 use rowscan_protocol::rig::Rig;
-use rowscan_scenes::Orchard;
 use rowscan_study::height_truth::TruthByBand;
 use rowscan_study::profile_beside::{Asked, BandBeside, BandTruth, ProfileBeside};
 use serde::Serialize;
@@ -32,10 +32,17 @@ pub(in super::super) fn band_m(text: &str) -> Result<f64, String> {
 
 impl ProfileArgs {
     /// The profile of an estimate, beside the truth if that is asked for and known.
-    pub(super) fn told(&self, estimate: &Estimate, truth: Option<(&Orchard, &Rig)>) -> Option<ProfileBeside> {
+    pub(super) fn told(
+        &self,
+        estimate: &Estimate,
+        scanner: usize,
+        truth: Option<(&Stage, &Rig)>,
+    ) -> Option<ProfileBeside> {
         let band_m = self.profile?;
         let known = truth.filter(|_| self.truth);
-        let known = known.map(|(orchard, rig)| TruthByBand::of(orchard, band_m, rig.start_m));
+        let known = known.map(|(stage, rig)| {
+            TruthByBand::of((&stage.orchard, stage.row_seen(scanner)), band_m, rig.start_m)
+        });
         let asked = match &known {
             Some(truth) => Asked::Known(truth),
             None if self.truth => Asked::Unknown,

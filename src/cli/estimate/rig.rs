@@ -3,7 +3,7 @@
 use rowscan_canopy::Warning;
 use rowscan_driver::Source;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::{BeamWidth, EchoChoice, Rig};
+use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount, Rig, Roof};
 use rowscan_recording::{About, Recording, StreamKind};
 use rowscan_scenes::Scene;
 use rowscan_scenes::files;
@@ -159,18 +159,41 @@ fn differences(recorded: &str, here: &str) -> Vec<String> {
     others
 }
 
-/// A rig's text as its keys, each behind the number of its table, with their values.
+/// A rig's text as its keys, each behind the number of its table, with their values; how its scanners sit in words where the text leaves that out.
 fn keys(text: &str) -> Vec<(String, String)> {
+    let rig = files::rig_from_text(text, |_| ()).ok();
+    let mut mounts = rig.iter().flat_map(|rig| &rig.scanners);
     let mut table = 0;
-    let mut keys = Vec::new();
+    let mut keys: Vec<(String, String)> = Vec::new();
     for line in text.lines() {
         if line.starts_with('[') {
             table += 1;
+            let mount = mounts.by_ref().take(usize::from(line.contains("scanner]]")));
+            keys.extend(mount.flat_map(left_out).map(|(key, value)| (format!("{table} {key}"), value)));
         } else if let Some((key, value)) = line.split_once('=') {
-            keys.push((format!("{table} {}", key.trim()), value.trim().to_owned()));
+            let key = format!("{table} {}", key.trim());
+            if !keys.iter().any(|(known, _)| *known == key) {
+                keys.push((key, value.trim().to_owned()));
+            }
         }
     }
     keys
+}
+
+/// Keys of a scanner that mean something where they are left out, too, and their values in force.
+fn left_out(mount: &Mount) -> [(&'static str, String); 5] {
+    let roof = match mount.roof_in_force() {
+        Roof::Forward => "forward",
+        _ => "backward",
+    };
+    let degrees = |value: f64| format!("{value:?}");
+    [
+        ("roof", format!("\"{roof}\"")),
+        ("offset_y_m", degrees(mount.offset_y_m)),
+        ("yaw_deg", degrees(mount.yaw_deg)),
+        ("pitch_deg", degrees(mount.pitch_deg)),
+        ("roll_deg", degrees(mount.roll_deg)),
+    ]
 }
 
 /// What the first scanner's bytes are in a recording.
@@ -180,7 +203,7 @@ pub(super) fn recorded_kind(source: &Source) -> Option<StreamKind> {
 
 #[cfg(test)]
 mod tests {
-    use rowscan_protocol::rig::{Mount, Roof, RowSide};
+    use rowscan_protocol::rig::RowSide;
 
     use super::*;
 
@@ -191,6 +214,16 @@ mod tests {
         let here = recorded.replace("1.9", "2.5").replace("speed_m_s = 1.0\n", "");
         let here = here.replace("lms111", "lms511");
         assert_eq!(differences(recorded, &here), ["distance_m 1.9 (here 2.5)"], "models are told elsewhere");
+        // A scanner that sits level and as usual is one of which the rig says no more.
+        let text = "version = 2\n[rig]\n[[rig.scanner]]\nmodel = \"lms111\"\ndistance_m = 1.9\n";
+        let with = |keys: &str| text.replace("distance_m", &format!("{keys}distance_m"));
+        let leaning = with("yaw_deg = 20.0\nroof = \"forward\"\n");
+        let leans = ["roof \"backward\" (here \"forward\")", "yaw_deg 0.0 (here 20.0)"];
+        assert_eq!(differences(text, &leaning), leans);
+        let back = ["roof \"forward\" (here \"backward\")", "yaw_deg 20.0 (here 0.0)"];
+        assert_eq!(differences(&leaning, text), back);
+        let usual = with("roll_deg = 0.0\nroof = \"backward\"\n");
+        assert_eq!(differences(text, &usual), Vec::<String>::new());
         // A conversation may tell the echo, and decides then; one over REST is not recorded.
         let of = |echo: &str| format!("[[scanner]]\necho = \"{echo}\"\n");
         assert_eq!(differences(&of("last"), &of("first")), ["echo \"last\" (here \"first\")"]);

@@ -106,7 +106,8 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     }
     let places = Places::of(args.rig.as_deref(), &survey, &parts);
     let played = args.played(&places, &parts)?;
-    let (start_ns, until) = (played.from.at_ns.max(places.begins_ns), played.until);
+    let (from, until) = (played.from, played.until);
+    let start_ns = from.at_ns.max(places.begins_ns);
     let round = played.every_ns.map(|every_ns| (start_ns, every_ns));
     let mut spec = ReplaySpec::new(&survey, args.time_scale);
     let clock = spec.clock();
@@ -175,7 +176,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             () = player.ended() => break,
             () = interrupt.wait() => break,
             Some(SeekRequest { place, done }) = seeks.recv() => {
-                let found = places.find_before(place, until);
+                let found = places.find_within(place, from, until);
                 let found = found.map(|to| playhead.seek(to.max(start_ns.into()), clock.now()));
                 // Whoever asked may have gone.
                 let _ = done.send(found.map_err(|error| Refused(error.to_string())));

@@ -87,11 +87,14 @@ impl<'a> Places<'a> {
         Ok(found.ok_or_else(|| self.refuse(format!("there is no {}", told(place))))?)
     }
 
-    /// The same of a replay that ends before `until`.
-    pub(super) fn find_before(&self, place: Seek, until: Moment) -> Result<Moment, Failure> {
+    /// The same of a replay that begins at `from` and ends before `until`.
+    pub(super) fn find_within(&self, place: Seek, from: Moment, until: Moment) -> Result<Moment, Failure> {
         match self.find(place)? {
-            found if found < until => Ok(found),
-            _ => Err(self.refuse(format!("{} lies at or behind --until", told(place))).into()),
+            found if found < from => Err(self.refuse(format!("{} lies before --from", told(place))).into()),
+            found if found >= until => {
+                Err(self.refuse(format!("{} lies at or behind --until", told(place))).into())
+            }
+            found => Ok(found),
         }
     }
 

@@ -62,8 +62,8 @@ pub(super) fn run(document: Document, args: &Args) -> Result<Outcome, Failure> {
         output::print(&words(&rig))?;
     }
     if let Some(file) = &args.svg {
-        let looks_left = rig.scanners.iter().any(|mount| mount.side() < 0.0);
-        let alley = scene.as_ref().and_then(|scene| scene.drive.alley).unwrap_or(i32::from(looks_left));
+        let drive = scene.as_ref().map(|scene| scene.drive.clone()).unwrap_or_default();
+        let alley = drive.first_alley(&rig);
         let rows = Rows { count: layout.map_or(0, |layout| layout.rows), alley };
         output::write_file(file, &draw_rig(&rig, rows))?;
         say(format_args!("wrote {}", output::name_of(file)));

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use rowscan_emulator::clock::SimClock;
 use rowscan_emulator::stage::Stage;
 use rowscan_emulator::{LineWatcher, SeenRig, SeenScanner};
-use rowscan_protocol::time::SimTime;
 use rowscan_recording::Taps;
 use rowscan_scenes::CellGrid;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
@@ -58,7 +57,7 @@ impl Watching {
             scanners: scanners.into_iter().map(|scanner| gauge_of(scanner.counts)).collect(),
         };
         let show = Show::new(about, Some(OrchardPicture::of(&stage.orchard)), Box::new(gauges));
-        if let Some((truth, z_from_m, period_m)) = truth(stage, &tractor) {
+        if let Some((truth, z_from_m, period_m)) = truth(stage) {
             show.truth(truth, (z_from_m, CELLS.band_m), period_m);
         }
         if let Some(map) = map {
@@ -96,10 +95,9 @@ fn reading(stage: &Stage, scanner: &SeenScanner) -> Option<Reading> {
     Reading::of(Some(&rig), scanner.number, false, CalibrationChoice::OfRig).ok()
 }
 
-/// What stands in the row that the tractor begins beside, at what height that begins, and after how many metres the row repeats, if it does.
-fn truth(stage: &Stage, tractor: &Tractor) -> Option<(Vec<TruthColumn>, f64, Option<f64>)> {
-    let place = tractor.motion(SimTime::ZERO).place;
-    let row = place.alley.and_then(|alley| usize::try_from(alley.row_beside(true).0).ok()).unwrap_or(0);
+/// What stands in the row that the first scanner sees, at what height that begins, and after how many metres the row repeats, if it does.
+fn truth(stage: &Stage) -> Option<(Vec<TruthColumn>, f64, Option<f64>)> {
+    let row = stage.row_seen(0).row;
     let (length_m, cells) = (stage.orchard.length_m(), stage.orchard.cells_of_row(row, CELLS)?);
     let column = |number: u32| {
         let column = cells.column((f64::from(number) + 0.5) * CELLS.cell_m);

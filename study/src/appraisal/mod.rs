@@ -11,7 +11,8 @@ mod section;
 use rowscan_canopy::percentile::{BASE_SHARE, Histogram, TOP_SHARE};
 use rowscan_canopy::{Measure, Quantity};
 use rowscan_protocol::rig::Mount;
-use rowscan_scenes::{Orchard, Surface, Truth, patches};
+use rowscan_scenes::patches::Patch;
+use rowscan_scenes::{Orchard, SeenRow, Surface, Truth, patches};
 
 use organs::Eye;
 use section::{CELL_M, Section, Shares};
@@ -21,7 +22,7 @@ const HECTARE_M2: f64 = 10_000.0;
 /// Most sections of a row.
 const MOST_SECTIONS: f64 = 1e6;
 
-/// The first row of an orchard, in sections.
+/// A row of an orchard, in sections.
 #[derive(Clone, Debug)]
 pub struct Appraisal {
     truth: Truth,
@@ -49,35 +50,35 @@ pub struct Stretch<'a> {
 }
 
 impl Appraisal {
-    /// Measures the first row as a scanner on this mount, driven by a rig of this ground clearance, would look at it.
-    pub fn of(orchard: &Orchard, mount: &Mount, clearance_m: f64) -> Self {
-        let mut appraisal = Self::of_leaves(orchard);
-        appraisal.add_outline(orchard, mount, clearance_m);
+    /// Measures a row as a scanner on this mount, driven by a rig of this ground clearance, would look at it.
+    pub fn of((orchard, seen): (&Orchard, SeenRow), mount: &Mount, clearance_m: f64) -> Self {
+        let mut appraisal = Self::of_leaves(orchard, seen);
+        appraisal.add_outline((orchard, seen), mount, clearance_m);
         appraisal
     }
 
     /// The same for someone who asks for these quantities and no others: where they are leaf areas, the crown's outline and returns, which take by far the
     /// most time, are left out.
     pub fn of_quantities(
-        orchard: &Orchard,
+        (orchard, seen): (&Orchard, SeenRow),
         mount: &Mount,
         clearance_m: f64,
         mut quantities: impl Iterator<Item = Quantity>,
     ) -> Self {
         if quantities.all(|quantity| matches!(quantity, Quantity::LeafArea | Quantity::Lai)) {
-            return Self::of_leaves(orchard);
+            return Self::of_leaves(orchard, seen);
         }
-        Self::of(orchard, mount, clearance_m)
+        Self::of((orchard, seen), mount, clearance_m)
     }
 
     /// The exact areas of the row, and the leaf areas of its sections.
-    fn of_leaves(orchard: &Orchard) -> Self {
+    fn of_leaves(orchard: &Orchard, seen: SeenRow) -> Self {
         let length_m = orchard.length_m();
         let count = (length_m / CELL_M).round();
         let count = if (1.0..=MOST_SECTIONS).contains(&count) { count as usize } else { 0 };
         let section_m = length_m / count as f64;
         let grid = rowscan_scenes::TruthGrid { slab_m: section_m, ..Default::default() };
-        let truth = orchard.truth_of_row(0, grid);
+        let truth = orchard.truth_of_row(seen.row, grid);
         let mut sections: Vec<Section> = vec![Section::default(); count];
         for (section, slab) in sections.iter_mut().zip(&truth.slabs) {
             section.leaf_m2 = slab.leaf_area_m2;
@@ -93,7 +94,7 @@ impl Appraisal {
     }
 
     /// The outline of the crown, and the returns that its organs would give.
-    fn add_outline(&mut self, orchard: &Orchard, mount: &Mount, clearance_m: f64) {
+    fn add_outline(&mut self, (orchard, seen): (&Orchard, SeenRow), mount: &Mount, clearance_m: f64) {
         let (length_m, section_m, sections) = (orchard.length_m(), self.section_m, &mut self.sections);
         let count = sections.len();
         let at = |y_m: f64| ((y_m.rem_euclid(length_m) / section_m) as usize).min(count.saturating_sub(1));
@@ -104,21 +105,29 @@ impl Appraisal {
             }
         };
         let eye = Eye::of(mount);
-        for tree in orchard.trees().take(orchard.trees_per_row()) {
+        let spacing_m = orchard.row_spacing_m();
+        let before = |point: [f64; 3]| seen.before(point, spacing_m);
+        let turned = |patch: Patch| {
+            let [across, along, up] = patch.normal;
+            Patch { at: before(patch.at), normal: [seen.sense() * across, along, up], ..patch }
+        };
+        for tree in orchard.trees_of_row(seen.row) {
             let of_canopy =
                 tree.facets.iter().filter(|facet| matches!(facet.surface, Surface::Bark | Surface::Fruit));
             for blade in tree.leaves.iter().chain(of_canopy.map(|facet| &facet.polygon)) {
                 patches::of_blade(blade, |patch| {
+                    let patch = turned(patch);
                     if let Some(met) = eye.blade(&patch) {
                         put(patch.at, &|section| section.meet(&met));
                     }
                 });
-                for point in sampled(blade.outline()) {
+                for point in sampled(blade.outline()).into_iter().map(before) {
                     put(point, &|section| section.reach(point));
                 }
             }
             for piece in &tree.wood {
                 patches::of_branch(piece, |patch| {
+                    let patch = turned(patch);
                     put(patch.at, &|section| section.reach(patch.at));
                     if let Some(met) = eye.branch(&patch) {
                         put(patch.at, &|section| section.meet(&met));
@@ -264,7 +273,7 @@ mod tests {
 
     #[test]
     fn a_board_has_its_areas_and_percentiles() {
-        let appraisal = Appraisal::of(&board(), &Mount::default(), 0.1);
+        let appraisal = Appraisal::of((&board(), SeenRow::default()), &Mount::default(), 0.1);
         let row = appraisal.stretch(0.0, 2.0);
         let value = |quantity| row.value(quantity, None).expect("a number");
         close(row.value(Quantity::LeafArea, None), 2.0);
@@ -301,7 +310,7 @@ mod tests {
         let corners = [[0.0, 0.0, 0.54], [0.0, 2.0, 0.54], [0.0, 2.0, 2.46], [0.0, 0.0, 2.46]];
         let tree = Tree { leaves: vec![Leaf::new(corners).expect("a leaf")], ..Tree::default() };
         let orchard = Orchard::from_trees(vec![tree], 2.0, Some(2.0), Some(4.0));
-        let appraisal = Appraisal::of(&orchard, &Mount::default(), 0.1);
+        let appraisal = Appraisal::of((&orchard, SeenRow::default()), &Mount::default(), 0.1);
         close(appraisal.stretch(0.0, 2.0).value(Quantity::LeafWallArea, None), 2.0 * 2.0 * 1e4 / 4.0);
     }
 
@@ -311,7 +320,7 @@ mod tests {
         let wood = vec![Cylinder::new([0.0, 1.0, 0.5], [0.0, 1.0, 2.5], radius_m).expect("a post")];
         let tree = Tree { wood, ..Tree::default() };
         let orchard = Orchard::from_trees(vec![tree], 2.0, Some(2.0), Some(4.0));
-        let appraisal = Appraisal::of(&orchard, &Mount::default(), 0.1);
+        let appraisal = Appraisal::of((&orchard, SeenRow::default()), &Mount::default(), 0.1);
         let row = appraisal.stretch(0.0, 2.0);
         let value = |quantity| row.value(quantity, None).expect("a number");
         // Lines meet it evenly across: r √(1 − u²) with u even from −1 to 1; half of them within r √¾.
@@ -331,9 +340,14 @@ mod tests {
     #[test]
     fn whoever_asks_for_leaf_areas_gets_the_same_without_an_outline() {
         let of = |quantities: &[Quantity]| {
-            Appraisal::of_quantities(&board(), &Mount::default(), 0.1, quantities.iter().copied())
+            Appraisal::of_quantities(
+                (&board(), SeenRow::default()),
+                &Mount::default(),
+                0.1,
+                quantities.iter().copied(),
+            )
         };
-        let whole = Appraisal::of(&board(), &Mount::default(), 0.1);
+        let whole = Appraisal::of((&board(), SeenRow::default()), &Mount::default(), 0.1);
         let leaves = [Quantity::LeafArea, Quantity::Lai];
         let value = |of: &Appraisal, quantity| of.stretch(0.2, 2.2).value(quantity, None).map(f64::to_bits);
         assert!(leaves.iter().all(|quantity| value(&of(&leaves), *quantity) == value(&whole, *quantity)));
@@ -350,8 +364,8 @@ mod tests {
     fn nothing_is_known_beyond_the_end_of_a_row_that_does_not_repeat() {
         let mut scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("built in");
         scene.drive.alleys = Some(2);
-        let ends = Appraisal::of(&board().beside(&scene.drive), &Mount::default(), 0.1);
-        let repeats = Appraisal::of(&board(), &Mount::default(), 0.1);
+        let ends = Appraisal::of((&board().beside(&scene.drive), SeenRow::default()), &Mount::default(), 0.1);
+        let repeats = Appraisal::of((&board(), SeenRow::default()), &Mount::default(), 0.1);
         let leaf_m2 = |row: &Appraisal, to_m: f64| row.stretch(0.0, to_m).value(Quantity::LeafArea, None);
         close(leaf_m2(&ends, 2.02), 2.0);
         assert_eq!(leaf_m2(&ends, 6.0), None);
@@ -360,7 +374,7 @@ mod tests {
 
     #[test]
     fn a_stretch_is_its_share_of_a_row_that_repeats() {
-        let appraisal = Appraisal::of(&board(), &Mount::default(), 0.1);
+        let appraisal = Appraisal::of((&board(), SeenRow::default()), &Mount::default(), 0.1);
         let leaf = |from_m, to_m| appraisal.stretch(from_m, to_m).value(Quantity::LeafArea, None);
         close(leaf(0.0, 1.0), 1.0);
         close(leaf(0.55, 0.75), 0.4);

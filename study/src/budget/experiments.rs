@@ -42,7 +42,12 @@ pub(super) fn row(
         None => None,
     };
     let asked_for = [Quantity::LeafArea].into_iter();
-    let appraisal = Appraisal::of_quantities(&stage.orchard, &mount, rig.ground_clearance_m, asked_for);
+    let appraisal = Appraisal::of_quantities(
+        (&stage.orchard, stage.row_seen(0)),
+        &mount,
+        rig.ground_clearance_m,
+        asked_for,
+    );
     let start_m = rig.start_m;
     let whole = appraisal.stretch(start_m, start_m + stage.orchard.length_m());
     let truth_m2 = whole.value(Quantity::LeafArea, None).unwrap_or(0.0);
@@ -98,7 +103,7 @@ pub(super) fn row(
 
 /// The projection function of an orchard of leaves towards a scanner on this mount: what they face it with, of their area. None without a leaf.
 fn projection_of_leaves(leaves: &Stage, mount: &Mount, clearance_m: f64) -> Option<f64> {
-    let appraisal = Appraisal::of(&leaves.orchard, mount, clearance_m);
+    let appraisal = Appraisal::of((&leaves.orchard, leaves.row_seen(0)), mount, clearance_m);
     let start_m = leaves.rig.start_m;
     let whole = appraisal.stretch(start_m, start_m + leaves.orchard.length_m());
     let index = |quantity| whole.value(quantity, None);

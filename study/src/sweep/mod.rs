@@ -127,7 +127,12 @@ impl SweepStudy {
         let trial = Trial::drive_past(&stage, scanner, calibration, &outputs::estimators(&self.keep))?;
         notes.add(&trial.estimate);
         let asked = self.keep.iter().filter_map(Output::true_quantity);
-        let appraisal = Appraisal::of_quantities(&stage.orchard, &mount, rig.ground_clearance_m, asked);
+        let appraisal = Appraisal::of_quantities(
+            (&stage.orchard, stage.row_seen(0)),
+            &mount,
+            rig.ground_clearance_m,
+            asked,
+        );
         let truth = appraisal.stretch(rig.start_m, rig.start_m + trial.length_m);
         let mut sprayed = sprayed.into_iter();
         let value = |output: &Output| match output.of_sprayer() {

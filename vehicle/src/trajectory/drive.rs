@@ -182,12 +182,17 @@ impl Drive {
         self.alleys.is_some_and(|alleys| alleys > 1)
     }
 
+    /// The number of the alley of the start, of a tractor with this rig.
+    pub fn first_alley(&self, rig: &Rig) -> i32 {
+        let looks_left = rig.scanners.iter().any(|mount| mount.row == RowSide::Left);
+        self.alley.unwrap_or(i32::from(looks_left))
+    }
+
     /// The drive of `rig` past rows of this length, metres.
     pub fn trajectory(&self, rig: &Rig, row_m: f64) -> Trajectory {
-        let looks_left = rig.scanners.iter().any(|mount| mount.row == RowSide::Left);
         let course = Course {
             start_m: rig.start_m,
-            alley: self.alley.unwrap_or(i32::from(looks_left)),
+            alley: self.first_alley(rig),
             row_spacing_m: rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m),
             turns: self.alleys.filter(|_| row_m.is_finite()).map(|alleys| (alleys, row_m)),
         };

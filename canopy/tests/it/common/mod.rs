@@ -115,12 +115,18 @@ impl Random {
     }
 }
 
-/// Hedge faces 0.4 m before the row axis, 0.5..2.5 m high, but none in tree 1.
+/// A number in [0, 1) of a place, the same each time: how deep in foliage its beam ends.
+pub(crate) fn scatter(y_m: f64, theta: f64) -> f64 {
+    ((y_m * 977.0 + theta * 7919.0).sin() * 43_758.547).fract().abs()
+}
+
+/// Hedge faces 0.4 m before the row axis and 0.12 m deep, 0.5..2.5 m high, but none in tree 1.
 pub(crate) fn hedge(lines: u32) -> Vec<Scan> {
     drive(&orchard_rig(), lms111(), 50, lines, |y_m, theta| {
         let z_m = 1.6 + 1.5 * theta.tan();
         let gap = (1.5..3.0).contains(&(y_m + 1e-9));
-        if !gap && (0.5..2.5).contains(&z_m) && theta.abs() < 1.5 { 1.5 / theta.cos() } else { NO_ECHO }
+        let x_m = 1.5 + 0.12 * scatter(y_m, theta);
+        if !gap && (0.5..2.5).contains(&z_m) && theta.abs() < 1.5 { x_m / theta.cos() } else { NO_ECHO }
     })
 }
 

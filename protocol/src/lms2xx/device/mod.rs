@@ -144,6 +144,8 @@ enum After {
 pub struct Device {
     model: &'static Model,
     options: Options,
+    /// Dirt that came later.
+    dirt: u8,
     decoder: FrameDecoder,
     condition: Condition,
     rate: Rate,
@@ -176,6 +178,8 @@ pub struct Device {
     waiting: VecDeque<Waiting>,
     /// What happens once the current transmission is done.
     after: Option<After>,
+    /// What it sends is a telegram of values.
+    sends_values: bool,
     /// A request has come that cuts the current transmission off.
     interrupt: bool,
     /// Until then it hears nothing: it is busy with its memory.
@@ -204,6 +208,7 @@ impl Device {
             firmware,
             type_text: alloc::format!("{name};{}", firmware.text()),
             options,
+            dirt: 0,
             decoder: FrameDecoder::new(Listener::Device),
             condition: Condition::Up,
             rate: options.stored_rate,
@@ -224,6 +229,7 @@ impl Device {
             job: None,
             power_ons: 0,
             part_2: [0; answer::PART_2_LENGTH],
+            sends_values: false,
             interrupt: false,
             deaf_until: SimTime::ZERO,
             telegrams: 0,
@@ -349,10 +355,15 @@ impl Device {
         if self.waiting.front()?.due > now {
             return None;
         }
-        let Waiting { bytes, after, .. } = self.waiting.pop_front()?;
+        let Waiting { bytes, after, is_values, .. } = self.waiting.pop_front()?;
         self.interrupt = false;
-        self.after = after;
+        (self.after, self.sends_values) = (after, is_values);
         Some(bytes)
+    }
+
+    /// True if what [`poll_transmit`](Self::poll_transmit) gave last is a telegram of values.
+    pub fn sends_values(&self) -> bool {
+        self.sends_values
     }
 
     /// True if what [`poll_transmit`](Self::poll_transmit) gave is to end behind the byte that is on the line, because a request has come.
@@ -380,9 +391,14 @@ impl Device {
         self.condition = Condition::Booting(now + self.boots_for());
     }
 
-    /// Dirt on the front window: 0 clean, 1 a warning, 2 an error, 3 an error of both channels.
-    pub fn set_contamination(&mut self, level: u8) {
-        self.options.contamination = level.min(3);
+    /// More dirt on the front window than it was found with: 0 none, 1 a warning, 2 an error, 3 an error of both channels.
+    pub fn soil(&mut self, level: u8) {
+        self.dirt = level.min(3);
+    }
+
+    /// What it reports of its front window.
+    fn contamination(&self) -> u8 {
+        self.options.contamination.max(self.dirt)
     }
 
     /// It is found as somebody left it: at this rate, which is kept over a restart, and streaming.

@@ -102,7 +102,7 @@ impl Device {
     /// The status byte: an LMS, and how it is.
     pub(super) fn status_byte(&self) -> u8 {
         STATUS_OK
-            | match self.options.contamination {
+            | match self.contamination() {
                 0 => 0,
                 1 => POLLUTED | WARNING,
                 _ => POLLUTED | ERROR,
@@ -113,7 +113,7 @@ impl Device {
     pub(super) fn errors(&self, body: &mut Vec<u8>) {
         let [first, second] = DIRT;
         let found = [(WARNING, first), (ERROR, first), (ERROR, second)];
-        let found = match self.options.contamination {
+        let found = match self.contamination() {
             0 => &[],
             1 => &found[..1],
             2 => &found[1..2],
@@ -125,7 +125,7 @@ impl Device {
     /// How much light one of the eight channels of the window lets through: below 75 % is a warning, below 30 % an error. Which of them
     /// is which is not stated: the first half is channel 1.
     fn clear_percent(&self, word: usize) -> u16 {
-        match (self.options.contamination, word) {
+        match (self.contamination(), word) {
             (1, 0..=3) => 65,
             (2, 0..=3) | (3.., _) => 25,
             _ => 100,

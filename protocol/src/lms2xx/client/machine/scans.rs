@@ -73,6 +73,7 @@ impl Machine {
         let mode = self.known.mode.unwrap_or_else(|| MeasuringMode::guess(unit, &self.values.values));
         let scan = &mut self.scan;
         scan.status = DeviceStatus::of_lms2xx(self.values.status);
+        scan.uncounted = self.values.real_time_index.is_none();
         scan.telegram_counter = number as u16;
         scan.scan_counter = number as u16;
         // Mirror turns are the clock, or the host where they are not counted; it wraps as other scanners' clocks do.
