@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use rowscan_protocol::counting::{Counting, Link, Turn};
 use rowscan_protocol::host::{HostEvent, OtherSender};
+use rowscan_protocol::nmea::{NmeaLines, sentence};
 use rowscan_protocol::reading::ReadingCounts;
 use rowscan_protocol::scan::Scan;
 use serde::Serialize;
@@ -62,7 +63,7 @@ pub struct StreamReport {
     pub restarts: u64,
     /// Times no scan came for more than a second.
     pub outages: u64,
-    /// Frames refused by checksum or length, and scans that could not be read.
+    /// Frames and sentences refused by checksum or length, and scans that could not be read.
     pub telegrams_bad: u64,
     /// Readings of the scanner's inertial measurement unit, of its encoder (in telegrams of their own), and those that cannot be read.
     pub imu_readings: u64,
@@ -100,6 +101,8 @@ pub fn account(recording: &mut Recording) -> Result<Vec<StreamReport>, ReadError
 struct StreamAccount {
     kind: StreamKind,
     reader: Option<ScanReader>,
+    /// Of a receiver's stream.
+    sentences: NmeaLines,
     packets: [u64; 2],
     bytes: u64,
     first_ns: Option<u64>,
@@ -174,6 +177,7 @@ impl StreamAccount {
         Self {
             kind,
             reader: ScanReader::new(kind, MAX_PAYLOAD),
+            sentences: NmeaLines::default(),
             packets: [0; 2],
             bytes: 0,
             first_ns: None,
@@ -201,6 +205,12 @@ impl StreamAccount {
         self.last_ns = packet.at_ns.or(self.last_ns);
         if let Joint::Gap { packets, .. } = packet.joint {
             self.packets_lost += packets.max(1);
+        }
+        if self.kind == StreamKind::Nmea && !to_device {
+            self.sentences.push(&packet.bytes);
+            while let Some(line) = self.sentences.next_line() {
+                self.malformed += u64::from(sentence(&line).is_none() && !line.trim().is_empty());
+            }
         }
         self.read(packet.at_ns, |reader| {
             reader.push(Duration::from_nanos(packet.at_ns.unwrap_or_default()), packet);
@@ -426,6 +436,43 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// A recording of a replay as fast as it goes: its host time tells nothing of the device's clock.
+    #[test]
+    fn a_drift_is_not_known_where_host_time_runs_at_another_pace() {
+        let drift_ppm = |pace: f64| {
+            let mut line = StraightLine::default();
+            for scan in 0..2000 {
+                let device_s = f64::from(scan) * 0.02;
+                // A tenth of a millisecond, one way and the other.
+                line.add(device_s, device_s / pace + if scan % 2 == 0 { 1e-4 } else { -1e-4 });
+            }
+            line.drift_ppm()
+        };
+        assert!(drift_ppm(1.0).is_some_and(|ppm| ppm.abs() < 50.0));
+        assert_eq!(drift_ppm(3e5), None);
+    }
+
+    #[test]
+    fn sentences_with_wrong_checksums_are_counted() {
+        let mut account = StreamAccount::new(StreamKind::Nmea);
+        let good = "$GPGGA,092750.000,5321.6802,N,00630.3372,W,1,8,1.03,61.7,M,55.2,M,,*76\r\n";
+        for (number, text) in
+            [good, &good.replace("*76", "*77"), &good.replace("GGA", "GGB"), "\r\n"].iter().enumerate()
+        {
+            // In two pieces: a sentence is whole with its line's end.
+            for part in [&text[..1], &text[1..]] {
+                let packet = Packet {
+                    at_ns: Some(number as u64),
+                    from: Some(Side::Device),
+                    bytes: part.as_bytes().to_vec(),
+                    ..Packet::default()
+                };
+                account.enter(&packet);
+            }
+        }
+        assert_eq!(account.malformed, 2);
     }
 
     #[test]
