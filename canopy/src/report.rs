@@ -294,7 +294,8 @@ fn row(
     }
     if let Some(level_m) = pass.row.other_level_m().filter(|_| ground.is_none()) {
         let clearance_m = pass.row.frame().ground_clearance_m;
-        estimate.warnings.push(Warning::GroundLevel { level_m, clearance_m });
+        let withheld = pass.row.takes_leaves_for_ground();
+        estimate.warnings.push(Warning::GroundLevel { level_m, clearance_m, withheld });
     }
     if !pass.row.has_far_gate() {
         estimate.warnings.push(Warning::NoFarRowGate);
@@ -355,6 +356,9 @@ fn row(
     match leaves {
         Err(Withheld::NoFoliage) => {
             estimate.warnings.push(Warning::NoFoliage { share: contact.too_dense });
+        }
+        Err(Withheld::OutOfSight) => {
+            estimate.warnings.push(Warning::OutOfSight { share: pass.row.out_of_sight() });
         }
         Err(Withheld::MostlyWood) => {
             estimate

@@ -86,6 +86,9 @@ pub(crate) struct Row {
     pub(crate) metres: Cells,
 }
 
+/// Ground that lies lower than the rig has it by more takes leaves with it, metres.
+const FAR_BELOW_M: f64 = 0.35;
+
 /// Sums over the whole row, kept apart from the cells, which are only so many.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Totals {
@@ -190,6 +193,16 @@ impl Row {
         let mistaken = self.levels.mistaken_ground(self.totals.returns.ground, &self.table, &self.frame);
         let above = || self.other_level_m().filter(|level_m| *level_m > 0.0);
         mistaken.or_else(|| self.levels.at_ground(above()?))
+    }
+
+    /// True where the ground lies so far below where the rig has it that leaves count as ground.
+    pub(crate) fn takes_leaves_for_ground(&self) -> bool {
+        self.other_level_m().is_some_and(|level_m| level_m < -FAR_BELOW_M)
+    }
+
+    /// Share of the row's room that no beam leads to, whatever stands there.
+    pub(crate) fn out_of_sight(&self) -> f64 {
+        self.voxels.out_of_sight()
     }
 
     /// The ground's slope as it was found, where that is not the rig's.

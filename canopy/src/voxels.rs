@@ -409,6 +409,15 @@ impl Voxels {
         unseen
     }
 
+    /// Share of the room above the ground that no beam of the grid leads to; 0 before the first line.
+    pub(crate) fn out_of_sight(&self) -> f64 {
+        let aimed = self.paths.aimed.iter().zip(&self.above_ground);
+        let (all, seen) = aimed.fold((0.0, 0.0), |(all, seen), (aimed, share)| {
+            (all + share, seen + if *aimed { *share } else { 0.0 })
+        });
+        if all > 0.0 { 1.0 - seen / all } else { 0.0 }
+    }
+
     /// Metres of row in the open slice.
     pub(crate) fn length_m(&self) -> f64 {
         self.length_m

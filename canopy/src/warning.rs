@@ -281,6 +281,8 @@ pub enum Warning {
         level_m: f64,
         /// The rig's clearance above the ground, metres.
         clearance_m: f64,
+        /// It lies so far below that leaf areas are withheld.
+        withheld: bool,
     },
     /// The rig has an encoder, and scans had no reading of it: the rig's speed was taken.
     ConstantSpeed {
@@ -325,6 +327,11 @@ pub enum Warning {
         share: f64,
         /// Where they lie above the ground that the rig tells, metres.
         z_m: f64,
+    },
+    /// No beam leads to most of the row: leaf areas are withheld.
+    OutOfSight {
+        /// Share of the row's room.
+        share: f64,
     },
     /// The ground rises otherwise than the rig says.
     GroundSlope {
@@ -437,6 +444,7 @@ impl Warning {
             Self::NoTime { .. } => "no_time",
             Self::SpeedHeld { .. } => "speed_held",
             Self::GroundAsCanopy { .. } => "ground_as_canopy",
+            Self::OutOfSight { .. } => "out_of_sight",
             Self::GroundSlope { .. } => "ground_slope",
             Self::GroundLevel { .. } => "ground_level",
             Self::BeforeRow { .. } => "before_row",

@@ -38,7 +38,8 @@ impl Trees {
     pub(crate) fn leaf_area_error(&self, estimate: &Estimate) -> Option<f64> {
         let (mut found_m2, mut real_m2) = (0.0, 0.0);
         for found in estimate.trees.iter().filter(|tree| tree.complete) {
-            let real = self.0.iter().find(|tree| tree.number == found.tree)?;
+            // Behind the row's end stands none of its trees.
+            let Some(real) = self.0.iter().find(|tree| tree.number == found.tree) else { continue };
             found_m2 += found.leaf.areas.best_m2().ok()?;
             real_m2 += real.leaf_area_m2?;
         }

@@ -1,11 +1,12 @@
 //! Rows drawn as charts draw them, with returns over them.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use rowscan_canopy::Estimate;
 use rowscan_emulator::stage::Stage;
 use rowscan_render::{Backdrop, Camera, Look, Mark, Model, Picture, render};
-use rowscan_scenes::TruthGrid;
+use rowscan_scenes::{Orchard, TruthGrid};
 use rowscan_study::figure::{self, Metre, Metres, Sheet};
 
 use super::Failure;
@@ -100,7 +101,13 @@ pub(super) fn demo(
     let axis_m = seen.row as f64 * stage.rig.row_spacing_m.unwrap_or(0.0);
     let shown = points.iter().filter(|[x, _, z]| *z > GROUND_M && (x - axis_m).abs() < half_m);
     let marks = shown.map(|at| Mark { at: *at, radius_m: RETURN_M, rgb: RETURNS }).collect();
-    let model = Model::of(&stage.orchard, usize::MAX)?.with_marks(marks);
+    // Of several rows, the one that was passed.
+    let alone = (stage.orchard.rows() > 1).then(|| {
+        let trees = stage.orchard.trees_of_row(seen.row).map(Cow::into_owned).collect();
+        let (tree_spacing_m, row_spacing_m) = (stage.orchard.tree_spacing_m(), stage.orchard.row_spacing_m());
+        Orchard::from_trees(trees, stage.orchard.length_m(), tree_spacing_m, row_spacing_m)
+    });
+    let model = Model::of(alone.as_ref().unwrap_or(&stage.orchard), usize::MAX)?.with_marks(marks);
     let extent = Extent::of(&model, From::Near);
     let truth = stage.orchard.truth_of_row(seen.row, TruthGrid { slab_m: 1.0, ..TruthGrid::default() });
     let metres = truth.slabs.iter().map(|slab| {

@@ -116,9 +116,12 @@ impl Row {
         let trial = Trial::drive_past(&stage, model, calibration, &all)?;
         notes.add(&trial.estimate);
         let mount = stage.rig.scanners.first().cloned().unwrap_or_default();
+        // It looks at the first row.
+        let is_first = stage.row_seen(0).row == 0;
+        let finer = if is_first { finer_scan(&stage).map_err(ReadingError::from)? } else { Vec::new() };
         let appraisal =
             Appraisal::of((&stage.orchard, stage.row_seen(0)), &mount, stage.rig.ground_clearance_m)
-                .with_finer_scan(finer_scan(&stage).map_err(ReadingError::from)?);
+                .with_finer_scan(finer);
         let start_m = stage.rig.start_m;
         let whole = appraisal.stretch(start_m, start_m + trial.length_m);
         let mut pairs = Vec::new();

@@ -13,6 +13,8 @@ use crate::row_pass::RowPass;
 
 /// Share of the hits that may be denser than foliage: trunks and posts are.
 const NO_FOLIAGE: f64 = 0.25;
+/// Share of the row's room without a beam above which no leaf area is told: a scanner of 90° beside the row leaves two fifths out.
+const OUT_OF_SIGHT: f64 = 0.55;
 
 /// Of what rows differ by, a regression must tell this share, of rows that were not fitted: else the rows' mean is as good.
 const LEAST_R2: f64 = 0.5;
@@ -87,6 +89,10 @@ impl<'a> Law<'a> {
             Some(Withheld::GroundSlope)
         } else if row.ground_in_canopy().is_some() {
             Some(Withheld::GroundAsCanopy)
+        } else if row.takes_leaves_for_ground() {
+            Some(Withheld::GroundLevel)
+        } else if row.out_of_sight() > OUT_OF_SIGHT {
+            Some(Withheld::OutOfSight)
         } else if row.sampled_so_far().too_dense() > NO_FOLIAGE {
             Some(Withheld::NoFoliage)
         } else {

@@ -67,6 +67,8 @@ reasons! {
     GroundSlope = 25, "ground_slope", "the ground rises more than 5° otherwise than the rig says";
     MostlyWood = 26, "mostly_wood", "three fifths and more of what was met is wood, as the calibration's rows have it or by the row's class";
     GroundAsCanopy = 27, "ground_as_canopy", "ground lies among what counts as canopy";
+    GroundLevel = 28, "ground_level", "the ground lies so far below where the rig has it that leaves count as ground";
+    OutOfSight = 29, "out_of_sight", "no beam leads to most of the row";
 }
 
 impl fmt::Display for Withheld {

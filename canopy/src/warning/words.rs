@@ -316,6 +316,12 @@ impl fmt::Display for Warning {
             Self::SpeedHeld { seconds } => {
                 write!(f, "the ground speed was lost for {seconds:.1} s; the last one known was held")
             }
+            Self::OutOfSight { share } => write!(
+                f,
+                "no beam leads to {:.0} % of the row's room (the row spacing wide, up to the top that is looked at): leaf areas are withheld; compare the mount's `orientation`, `row`, `roof` and angles, \
+                 and the scanner's field of view, with the machine",
+                100.0 * share
+            ),
             Self::GroundAsCanopy { share, z_m } => write!(
                 f,
                 "{:.0} % of the returns that count as canopy lie level {z_m:.1} m above where the rig puts the ground, as ground does: leaf areas are withheld; compare the mount's `height_m`, `roof` and angles with the machine, or raise `ground_clearance_m` above grass and weeds",
@@ -327,13 +333,14 @@ impl fmt::Display for Warning {
                  the row, and leaves as ground on the other{}; set the rig's `ground_slope_deg` (an alley driven back has the other sign), or, if the rig tells the ground's slope, correct the mount's `roll_deg`",
                 if *withheld { ", and leaf areas are withheld" } else { "" }
             ),
-            Self::GroundLevel { level_m, clearance_m } => write!(
+            Self::GroundLevel { level_m, clearance_m, withheld } => write!(
                 f,
-                "the ground, or what covers it, lies {:.2} m {} where the rig puts it, with a ground_clearance_m of {clearance_m}: {}; correct the mount's `height_m` \
+                "the ground, or what covers it, lies {:.2} m {} where the rig puts it, with a ground_clearance_m of {clearance_m}: {}{}; correct the mount's `height_m` \
                  or angles{}",
                 level_m.abs(),
                 if *level_m > 0.0 { "above" } else { "below" },
                 if *level_m > 0.0 { "what stands out of that counts as leaves" } else { "heights are too low by as much, and low leaves are taken for ground" },
+                if *withheld { ", and leaf areas are withheld" } else { "" },
                 if *level_m > 0.0 { ", or raise `ground_clearance_m` above grass and weeds" } else { "" }
             ),
             Self::BeforeRow { before_m } => write!(

@@ -82,6 +82,10 @@ fn ground_that_lies_elsewhere_than_the_rig_has_it_is_told() {
             let counts = warned(&found, "ground_as_canopy");
             assert_eq!(counts, off_m >= 0.1, "{real_m} {off_m}: {:?}", found.warnings);
             assert_eq!(found.leaf.areas.best_m2().err(), counts.then_some(Withheld::GroundAsCanopy));
+            // Half a metre and more below, low leaves are taken for ground.
+            let mount = Mount { height_m: real_m - 0.5, ..Mount::default() };
+            let below = orchard_on_ground(&Rig { scanners: vec![mount], ..orchard_rig() }, real_m);
+            assert_eq!(below.leaf.areas.best_m2().err(), Some(Withheld::GroundLevel), "{real_m}");
             assert_eq!(warned(&found, "ground_level") || counts, told, "{real_m} {off_m}");
             assert!(!warned(&found, "ground_slope"), "{real_m} {off_m}");
         }

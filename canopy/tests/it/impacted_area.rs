@@ -224,6 +224,19 @@ fn a_wall_is_told_from_foliage_that_no_beam_passes() {
     }
 }
 
+/// A scanner of 90° beside the row sees it, one that looks up does not, and knows of no gap in it.
+#[test]
+fn a_row_that_no_beam_leads_to_is_out_of_sight() {
+    for (orientation, expected) in [(Orientation::Side, None), (Orientation::Up, Some(Withheld::OutOfSight))]
+    {
+        let mount = Mount { orientation, ..Mount::default() };
+        let rig = Rig { scanners: vec![mount], ..orchard_rig() };
+        let grid = BeamGrid::spanning(450_000, 1_350_000, 5000);
+        let found = estimate(&rig, &drive(&rig, grid, 50, 151, |_, _| NO_ECHO));
+        assert_eq!(found.leaf.areas.best_m2().err(), expected, "{orientation:?}");
+    }
+}
+
 /// Three in four beams pass it.
 #[test]
 fn a_net_is_no_foliage() {

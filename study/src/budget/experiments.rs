@@ -27,13 +27,21 @@ fn asked() -> Vec<&'static EstimatorInfo> {
     TABLE.iter().filter(|info| info.quantities.contains(&Quantity::LeafArea)).collect()
 }
 
+/// The scene with its first scanner before the first row, which is what the finer scans look at.
+fn before_first_row(mut scene: Scene) -> Scene {
+    scene.drive.alley = None;
+    scene.rig.scanners.truncate(1);
+    scene.true_mounts.truncate(1);
+    scene
+}
+
 /// Every leaf area estimator's budget on one row.
 pub(super) fn row(
     scene: Scene,
     model: &'static Model,
     notes: &mut RowNotes,
 ) -> Result<Vec<Budget>, TrialError> {
-    let stage = Stage::grow(scene, &|_, _| {})?;
+    let stage = Stage::grow(before_first_row(scene), &|_, _| {})?;
     let rig = rig_with(&stage.rig, 0, model.name);
     let mount = rig.scanners.first().cloned().unwrap_or_default();
     let calibration = match &rig.calibration {
