@@ -153,8 +153,12 @@ int main(int argc, char **argv) {
     }
     if (!strcmp(name, "clocks")) {
         struct timeval tv;
-        gettimeofday(&tv, NULL);
-        got = tv.tv_sec == time(NULL) && tv.tv_sec == now(CLOCK_REALTIME) / 1000000000 ? tv.tv_sec : -1;
+        got = -1;
+        for (int look = 0; look < 3 && got < 0; look++) { /* a second may end between two looks at the host's clocks */
+            if (look) usleep(20000);
+            gettimeofday(&tv, NULL);
+            if (tv.tv_sec == time(NULL) && tv.tv_sec == now(CLOCK_REALTIME) / 1000000000) got = tv.tv_sec;
+        }
         volatile unsigned work = 0;
         while (now(CLOCK_PROCESS_CPUTIME_ID) == cpu) work++; /* the processor's time goes on */
     }
