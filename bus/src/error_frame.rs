@@ -100,11 +100,11 @@ impl ErrorFrame {
     pub fn told(&self) -> String {
         let [_, state, rule, _, _, _, tx, rx] = self.data;
         let known = |bit: u32, words: &str| (self.class & bit != 0).then(|| words.to_owned());
-        let state = (self.class & CONTROLLER != 0).then(|| match state {
-            state if state & 0x30 != 0 => "error passive".to_owned(),
-            state if state & 0x0C != 0 => "error warning".to_owned(),
-            state if state & 0x40 != 0 => "error active".to_owned(),
-            state => format!("controller state {state:02X}"),
+        let state = self.state().map(|controller| match controller {
+            ControllerState { is_passive: true, .. } => "error passive".to_owned(),
+            ControllerState { warns: true, .. } => "error warning".to_owned(),
+            _ if state & 0x40 != 0 => "error active".to_owned(),
+            _ => format!("controller state {state:02X}"),
         });
         let counters =
             (self.class & COUNTERS != 0).then(|| format!("{tx} transmit errors, {rx} receive errors"));

@@ -15,7 +15,7 @@
 
 use crate::estimate::ContactReport;
 use crate::parameters::Parameters;
-use crate::voxels::{Voxel, Voxels};
+use crate::voxels::{Voxel, Voxels, scatter_m};
 
 /// No foliage is denser, m² a m³: the densest hedges have 10 to 20. What is, is a wall or a sheet.
 const DENSEST: f64 = 100.0;
@@ -90,18 +90,12 @@ impl Sampled {
 
     /// Share of the hits whose voxel is denser than any foliage; all of them where they lie in one plane, as on a net.
     pub(crate) fn too_dense(&self) -> f64 {
-        let is_plane = self.hits >= HITS_OF_PLANE && self.hits_sd_m() <= SHEET_SD_M;
-        match self.hits_m > 0.0 {
-            true if is_plane => 1.0,
-            true => self.too_dense_m / self.hits_m,
-            false => 0.0,
+        let sd_m = scatter_m(self.hits_m, self.hits_x_m2, self.hits_x2_m3);
+        match sd_m {
+            Some(sd_m) if self.hits >= HITS_OF_PLANE && sd_m <= SHEET_SD_M => 1.0,
+            Some(_) => self.too_dense_m / self.hits_m,
+            None => 0.0,
         }
-    }
-
-    /// How far all hits scatter across the row, as a standard deviation, metres.
-    fn hits_sd_m(&self) -> f64 {
-        let mean_m = self.hits_x_m2 / self.hits_m;
-        (self.hits_x2_m3 / self.hits_m - mean_m * mean_m).max(0.0).sqrt()
     }
 
     /// For an estimate: of slices this long, with lines so far apart.

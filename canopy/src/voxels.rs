@@ -93,6 +93,12 @@ pub(crate) struct Voxel {
     pub(crate) closed_beams: u32,
 }
 
+/// The standard deviation of a distance, metres, by the sums of weights, of weight · distance and of weight · its square; None without a weight.
+pub(crate) fn scatter_m(weight_m: f64, x_m2: f64, x2_m3: f64) -> Option<f64> {
+    let mean_m = x_m2 / weight_m;
+    (weight_m > 0.0).then(|| (x2_m3 / weight_m - mean_m * mean_m).max(0.0).sqrt())
+}
+
 impl Voxel {
     /// Adds what other beams did in it.
     pub(crate) fn add(&mut self, other: &Self) {
@@ -112,8 +118,7 @@ impl Voxel {
 
     /// How far its hits scatter across the row, as a standard deviation, metres; None where nothing was hit.
     pub(crate) fn hits_sd_m(&self) -> Option<f64> {
-        let mean_m = self.hits_x_m2 / self.hits_m;
-        (self.hits_m > 0.0).then(|| (self.hits_x2_m3 / self.hits_m - mean_m * mean_m).max(0.0).sqrt())
+        scatter_m(self.hits_m, self.hits_x_m2, self.hits_x2_m3)
     }
 
     /// As many hits of one weight as tell as much.
