@@ -41,6 +41,7 @@
 //! open slice's voxels are held, and finished trees and slices are a few numbers each, [`Parameters::max_cells`] at most.
 
 mod advance;
+mod answers;
 mod beam_line;
 mod beside;
 mod by_height;
@@ -90,7 +91,6 @@ mod stray_returns;
 mod stream;
 mod trees;
 pub mod uncertainty;
-mod unknown_beams;
 mod voxel_edge;
 mod voxels;
 mod warning;

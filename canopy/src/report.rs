@@ -18,6 +18,7 @@ use crate::pieces::{self, PieceScatter, RowSds};
 use crate::row_pass::{LatestScan, RowPass};
 use crate::trees::Cell;
 use crate::uncertainty::{self, Uncertainty, blocks};
+use crate::voxel_edge::OtherEdge;
 use crate::warning::Warning;
 use rowscan_protocol::counting::Counting;
 use rowscan_protocol::model::AnyModel;
@@ -204,6 +205,7 @@ fn tell_how_sure(
             amplified * uncertainty::combined([SHARES_SD, BY_POWER * power_sd])
         }),
         min_share: Some(pass.row.least_share_relative_sd()).filter(|sd| *sd > 0.0).map(|sd| amplified * sd),
+        voxels: law.other_edge().and_then(|other| other.relative_sd).map(|sd| amplified * sd),
         sides: estimate.other_side.map(|_| amplified * uncertainty::SIDES_SD),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
@@ -216,7 +218,8 @@ fn tell_how_sure(
     let (of_density, of_remission) = (parts.density.unwrap_or(0.0), parts.remission.unwrap_or(0.0));
     let (of_factor, of_share) = (parts.calibration.unwrap_or(0.0), parts.min_share.unwrap_or(0.0));
     let (of_sides, of_wood) = (parts.sides.unwrap_or(0.0), parts.wood.unwrap_or(0.0));
-    let others = [of_density, of_wood, of_factor, of_remission, of_share, of_spot, of_sides];
+    let of_voxels = parts.voxels.unwrap_or(0.0);
+    let others = [of_density, of_wood, of_factor, of_remission, of_share, of_spot, of_sides, of_voxels];
     let all = parts
         .sampling
         .zip(parts.between_class)
@@ -242,7 +245,7 @@ fn row(
     law: &Law<'_>,
     calibration: Option<&Calibration>,
 ) {
-    let leaves = law.told();
+    let (leaves, measured) = (law.told(), law.measured());
     let totals = &pass.row.so_far();
     let scanned_m = pass.advance.scanned_m();
     estimate.advance_m = Some(pass.advance.advance_m().unwrap_or(0.0));
@@ -253,7 +256,7 @@ fn row(
     let Mount { height_m, distance_m, offset_y_m, yaw_deg, pitch_deg, roll_deg, .. } = pass.mount;
     estimate.mount = Some(MountReport { height_m, distance_m, offset_y_m, yaw_deg, pitch_deg, roll_deg });
     let contact = pass.row.contact_report();
-    let filled_m2 = contact.leaf_area_filled_m2.filter(|_| leaves.is_ok());
+    let filled_m2 = contact.leaf_area_filled_m2.filter(|_| measured.is_ok());
     estimate.contact =
         Some(ContactReport { leaf_area_filled_m2: filled_m2, clumping: law.measured_clumping(), ..contact });
     estimate.other_side = pass.row.sides();
@@ -319,6 +322,9 @@ fn row(
         Some(calibration) => {
             estimate.calibration = Some(calibration.class.clone());
             warn_of_class(estimate, calibration, pass, latest);
+            if let Some(OtherEdge { edge_m, calibrated_m, relative_sd }) = law.other_edge() {
+                estimate.warnings.push(Warning::VoxelEdge { edge_m, calibrated_m, relative_sd });
+            }
             warn_of_range(estimate, &law.row_ranged(), calibration);
             if law.no_regression() == Some(Withheld::WeakRegression) {
                 let r2 = calibration.quality(calibration.best_regression()).r2_left_out();
@@ -336,7 +342,7 @@ fn row(
         let complete = cell.complete(spacing_m);
         let leaf = law.areas(&Sums::from(cell), if complete { spacing_m } else { cell.scanned_m });
         let measures =
-            pass.row.tree_measures(cell.index).iter().map(|measure| measure.told(leaves)).collect();
+            pass.row.tree_measures(cell.index).iter().map(|measure| measure.told(measured)).collect();
         let listed = tree(cell, leaf, spacing_m);
         estimate.trees.extend(listed.map(|tree| TreeEstimate { measures, ..tree }));
     }
@@ -347,8 +353,8 @@ fn row(
         }
     }
     estimate.measures =
-        pass.row.measures(scanned_m).into_iter().map(|measure: Measure| measure.told(leaves)).collect();
-    estimate.trees_found = pass.row.trees_found(leaves);
+        pass.row.measures(scanned_m).into_iter().map(|measure: Measure| measure.told(measured)).collect();
+    estimate.trees_found = pass.row.trees_found(measured);
     let metres = pass.row.metres.iter();
     estimate.slices.extend(metres.map(|cell| slice(cell, law.areas(&Sums::from(cell), cell.scanned_m))));
     let other_echo = pass.other_echo.zip(pass.mount.echo);
@@ -359,6 +365,10 @@ fn row(
         }
         Err(Withheld::OutOfSight) => {
             estimate.warnings.push(Warning::OutOfSight { share: pass.row.out_of_sight() });
+        }
+        Err(Withheld::GroundSilent) => {
+            let share = pass.row.silent_ground().unwrap_or(0.0);
+            estimate.warnings.push(Warning::GroundSilent { share });
         }
         Err(Withheld::MostlyWood) => {
             estimate

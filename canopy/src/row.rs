@@ -1,6 +1,7 @@
 //! One row being scanned: weighted lines in, sums out.
 
 mod echo;
+mod ground;
 mod told;
 
 use std::sync::Arc;
@@ -8,6 +9,7 @@ use std::sync::Arc;
 use rowscan_protocol::rig::{EchoChoice, Mount, Rig, RowSide};
 
 use crate::advance::Weighted;
+use crate::answers::Answers;
 use crate::beam_line::BeamLine;
 use crate::by_height::ByHeight;
 use crate::clumping::Clumping;
@@ -17,10 +19,10 @@ use crate::error::PipelineError;
 use crate::estimate::{ContactReport, ReturnCounts, SidesReport};
 use crate::estimator::{Contact, EstimatorInfo, Estimators, Setting, SightedLine, Sighting, Slice, Stretch};
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
-use crate::ground_line::{GroundLine, OtherSlope};
+use crate::ground_line::GroundLine;
 use crate::leaf::Withheld;
 use crate::leaf::{SliceLeaf, Slices, by_band};
-use crate::level::{LevelSurface, Levels};
+use crate::level::Levels;
 use crate::looks::Looks;
 use crate::other_side::{Joining, Kept, OtherSide};
 use crate::parameters::Parameters;
@@ -31,7 +33,6 @@ use crate::recent::{Recent, WindowSums};
 use crate::remission::RemissionScale;
 use crate::stray_returns::{Stray, Strays, into_cells};
 use crate::trees::{Cells, Cut, Keys, gaps_m};
-use crate::unknown_beams::UnknownBeams;
 use crate::voxels::Voxels;
 
 /// The sums of one row. Lines come in the order of travel.
@@ -72,8 +73,8 @@ pub(crate) struct Row {
     recent: Recent,
     /// Y of the latest line, metres.
     y_m: f64,
-    /// Beams of which nothing is known.
-    unknown: UnknownBeams,
+    /// What beams met by direction.
+    answers: Answers,
     /// Where the scan plane leans.
     strays: Strays,
     /// The canopy by height, if it is asked for.
@@ -85,9 +86,6 @@ pub(crate) struct Row {
     pub(crate) trees: Cells,
     pub(crate) metres: Cells,
 }
-
-/// Ground that lies lower than the rig has it by more takes leaves with it, metres.
-const FAR_BELOW_M: f64 = 0.35;
 
 /// Sums over the whole row, kept apart from the cells, which are only so many.
 #[derive(Clone, Copy, Debug, Default)]
@@ -158,7 +156,7 @@ impl Row {
             totals: Totals::default(),
             recent: Recent::default(),
             y_m: 0.0,
-            unknown: UnknownBeams::default(),
+            answers: Answers::default(),
             strays: Strays::default(),
             by_height: None,
             kept: None,
@@ -187,34 +185,6 @@ impl Row {
         self.parameters.least_share_relative_sd(self.frame.distance_m)
     }
 
-    /// The ground, where it lies among what counts as canopy: a level surface, and no ground where the rig puts it; or a part of what lies where the ground was
-    /// found.
-    pub(crate) fn ground_in_canopy(&self) -> Option<LevelSurface> {
-        let mistaken = self.levels.mistaken_ground(self.totals.returns.ground, &self.table, &self.frame);
-        let above = || self.other_level_m().filter(|level_m| *level_m > 0.0);
-        mistaken.or_else(|| self.levels.at_ground(above()?))
-    }
-
-    /// True where the ground lies so far below where the rig has it that leaves count as ground.
-    pub(crate) fn takes_leaves_for_ground(&self) -> bool {
-        self.other_level_m().is_some_and(|level_m| level_m < -FAR_BELOW_M)
-    }
-
-    /// Share of the row's room that no beam leads to, whatever stands there.
-    pub(crate) fn out_of_sight(&self) -> f64 {
-        self.voxels.out_of_sight()
-    }
-
-    /// The ground's slope as it was found, where that is not the rig's.
-    pub(crate) fn other_slope(&self) -> Option<OtherSlope> {
-        self.ground.other_slope()
-    }
-
-    /// How high the ground lies above where the rig has it, if it reaches the rig's clearance or lies as far below, metres.
-    pub(crate) fn other_level_m(&self) -> Option<f64> {
-        self.ground.other_level_m()
-    }
-
     /// The edge of voxels that was asked for, metres.
     pub(crate) fn voxel_m(&self) -> f64 {
         self.parameters.voxel_m
@@ -222,7 +192,7 @@ impl Row {
 
     /// Share of the beams that look at the row and are unknown along most of it.
     pub(crate) fn unknown_share(&self) -> f64 {
-        self.unknown.share()
+        self.answers.unknown_share()
     }
 
     /// The spacing of lines that the voxels' edge was chosen for.
@@ -324,7 +294,7 @@ impl Row {
         for ((beam, &range_m), &fresh) in self.table.beams().iter().zip(range_m).zip(self.patches.fresh()) {
             let Some(beam) = beam else { continue };
             let found = reading(range_m);
-            self.unknown.add(beam, found == Reading::Invalid, weight_m);
+            self.answers.add(beam, found, weight_m);
             let place = match found {
                 Reading::Return => Some(self.frame.place(beam, range_m)),
                 Reading::Miss => None,

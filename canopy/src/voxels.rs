@@ -255,12 +255,14 @@ impl Voxels {
     /// the paths of all its leaves where their sum is exact.
     fn add_shares(&mut self, line: &BeamLine<'_>, weight_m: f64) {
         for ((way, &range_m), &share) in self.paths.ways.iter().zip(line.range_m).zip(line.share) {
+            let steps = self.paths.steps.get(way.first..way.last).unwrap_or_default();
             let (end_m, share) = match reading(range_m) {
                 Reading::Return if share.is_finite() => (range_m, share),
+                // What ends behind the row, on the ground or a wall, has passed it, whatever its remission.
+                Reading::Return if steps.last().is_none_or(|step| range_m >= step.exit_m) => (range_m, 0.0),
                 Reading::Miss => (f64::INFINITY, 0.0),
                 Reading::Return | Reading::Invalid => continue,
             };
-            let steps = self.paths.steps.get(way.first..way.last).unwrap_or_default();
             let mut from_m = way.entry_m;
             for step in steps {
                 if from_m >= end_m + self.merged_m {

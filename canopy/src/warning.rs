@@ -333,6 +333,20 @@ pub enum Warning {
         /// Share of the row's room.
         share: f64,
     },
+    /// Beams that the rig leads to the ground before the row met nothing: leaf areas are withheld.
+    GroundSilent {
+        /// Share of them that met something.
+        share: f64,
+    },
+    /// Contact is measured in voxels of another edge than the calibration's.
+    VoxelEdge {
+        /// Of this row, metres.
+        edge_m: f64,
+        /// Of the rows that were fitted, metres.
+        calibrated_m: f64,
+        /// By which the interval is wider for it; `None` where leaf areas are withheld.
+        relative_sd: Option<f64>,
+    },
     /// The ground rises otherwise than the rig says.
     GroundSlope {
         /// As its returns lie, degrees; positive where it rises to the tractor's right.
@@ -445,6 +459,8 @@ impl Warning {
             Self::SpeedHeld { .. } => "speed_held",
             Self::GroundAsCanopy { .. } => "ground_as_canopy",
             Self::OutOfSight { .. } => "out_of_sight",
+            Self::GroundSilent { .. } => "ground_silent",
+            Self::VoxelEdge { .. } => "voxel_edge",
             Self::GroundSlope { .. } => "ground_slope",
             Self::GroundLevel { .. } => "ground_level",
             Self::BeforeRow { .. } => "before_row",

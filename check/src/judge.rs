@@ -217,19 +217,16 @@ fn measured(
     let (id, stream) = stream(scenario, expect, run)?;
     let estimate = stream.estimate.as_ref();
     let name = expect.what.name;
-    Ok(match measure_of(measure, (id, stream), run) {
-        Some(found) => {
-            let found_text = if without.is_some() { found.to_string() } else { format!("{found:.6}") };
-            let message = format!("{name} of {id}: expected {}, found {found_text}", bounds.words());
-            Judged::holds(bounds.hold(found), message)
-        }
-        None => {
-            let scans = estimate.map_or(0, |estimate| estimate.scans);
-            let warnings = estimate.map(|estimate| &estimate.warnings[..]).unwrap_or_default();
-            let why: Vec<String> = warnings.iter().map(ToString::to_string).collect();
-            Judged::holds(false, format!("{name} of {id}: unknown after {scans} scans; {}", why.join("; ")))
-        }
-    })
+    let unknown = || {
+        let scans = estimate.map_or(0, |estimate| estimate.scans);
+        let warnings = estimate.map(|estimate| &estimate.warnings[..]).unwrap_or_default();
+        let why: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        format!("{name} of {id}: unknown after {scans} scans; {}", why.join("; "))
+    };
+    let found = measure_of(measure, (id, stream), run).ok_or_else(unknown)?;
+    let found_text = if without.is_some() { found.to_string() } else { format!("{found:.6}") };
+    let message = format!("{name} of {id}: expected {}, found {found_text}", bounds.words());
+    Ok(Judged::holds(bounds.hold(found), message))
 }
 
 fn fault_acts(expect: &Expect, run: &RunRecord) -> Result {

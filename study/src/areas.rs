@@ -118,6 +118,7 @@ impl AreasStudy {
             optics: rig.optics.into(),
             distance_m: mount.map(|mount| mount.distance_m),
             line_spacing_m: None,
+            voxel_m: None,
             canopy: CanopyClass::default(),
         }
     }

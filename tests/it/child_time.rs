@@ -114,15 +114,13 @@ fn a_sleep_that_time_waits_for_is_told_and_what_was_due_meanwhile_is_not_judged(
     assert_eq!(ended.code, Some(2), "{}{}", ended.stdout, ended.stderr);
     assert_says(
         &ended.stdout,
-        &[
-            "note",
-            "`sut` slept for 1.",
-            "the sleep took no simulated time",
-            "`time = \"simulated\"`",
-            "ERROR   1. streaming",
-        ],
+        &["note", "the sleep took no simulated time", "`time = \"simulated\"`", "ERROR   1. streaming"],
     );
     assert_says(&ended.stdout, &["passed  2. first_scan"]);
+    // A busy machine wakes the sleeper late, and its sleep is noticed late: about what it asked for, or longer.
+    let slept = ended.stdout.split_once("`sut` slept for ").and_then(|(_, rest)| rest.split_once(" s of"));
+    let slept_s: f64 = slept.and_then(|(figure, _)| figure.parse().ok()).expect("how long it slept");
+    assert!(slept_s >= 1.0, "{}", ended.stdout);
 }
 
 #[cfg(target_os = "linux")]

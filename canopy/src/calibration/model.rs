@@ -70,6 +70,9 @@ pub struct CalibrationClass {
     /// How far apart lines lay, the mean over the rows' length, metres; unknown in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line_spacing_m: Option<f64>,
+    /// Edge of the voxels that contact was measured in, metres; unknown in files of versions before this key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub voxel_m: Option<f64>,
     /// Leaves and wood; unknown in files of versions before these keys.
     #[serde(default, skip_serializing_if = "CanopyClass::is_unknown")]
     pub canopy: CanopyClass,
@@ -220,6 +223,9 @@ impl Calibration {
         self.witness.map_or(Ok(()), |witness| witness.validate())?;
         if let Some(value) = self.class.distance_m.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(CalibrationError::NotPositive { key: "class.distance_m", value });
+        }
+        if let Some(value) = self.class.voxel_m.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            return Err(CalibrationError::NotPositive { key: "class.voxel_m", value });
         }
         Ok(())
     }

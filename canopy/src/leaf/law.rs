@@ -10,6 +10,7 @@ use crate::calibration::{Calibration, ClumpingBy, FittedRange, Optics, Regressio
 use crate::class::RowClass;
 use crate::clumping::Clumping;
 use crate::row_pass::RowPass;
+use crate::voxel_edge::OtherEdge;
 
 /// Share of the hits that may be denser than foliage: trunks and posts are.
 const NO_FOLIAGE: f64 = 0.25;
@@ -25,6 +26,7 @@ pub(crate) struct Law<'a> {
     calibration: Option<&'a Calibration>,
     /// Why no leaf area of this row is told, whichever way it is made.
     withheld: Option<Withheld>,
+    other_edge: Option<OtherEdge>,
     /// Share of what was met that is no wood, as far as the calibration, or else the row's class, tells of wood.
     leafy_share: f64,
     /// The calibration's regression on I_T, or why it says nothing here.
@@ -93,6 +95,8 @@ impl<'a> Law<'a> {
             Some(Withheld::GroundLevel)
         } else if row.out_of_sight() > OUT_OF_SIGHT {
             Some(Withheld::OutOfSight)
+        } else if row.silent_ground().is_some() {
+            Some(Withheld::GroundSilent)
         } else if row.sampled_so_far().too_dense() > NO_FOLIAGE {
             Some(Withheld::NoFoliage)
         } else {
@@ -112,9 +116,12 @@ impl<'a> Law<'a> {
             None => 1.0 - class.and_then(|class| class.canopy.wood_share).unwrap_or(0.0),
         };
         let mostly_wood = (leafy_share < LEAST_LEAF).then_some(Withheld::MostlyWood);
+        let other_edge = OtherEdge::of(row.voxel_m(), calibration.and_then(|fitted| fitted.class.voxel_m));
+        let far_edge = other_edge.filter(|other| other.relative_sd.is_none()).map(|_| Withheld::VoxelEdge);
         Self {
             calibration,
-            withheld: withheld.or(mostly_wood),
+            withheld: withheld.or(far_edge).or(mostly_wood),
+            other_edge,
             leafy_share,
             spot_corrected,
             regression: regression(calibration, spot_corrected),
@@ -135,9 +142,19 @@ impl<'a> Law<'a> {
         self.withheld.map_or(Ok(()), Err)
     }
 
+    /// Why no measure is told that goes by no calibration.
+    pub(crate) fn measured(&self) -> Result<(), Withheld> {
+        self.told().or_else(|why| if why == Withheld::VoxelEdge { Ok(()) } else { Err(why) })
+    }
+
     /// Share of what was met that is no wood, as far as the calibration, or else the row's class, tells of wood.
     pub(crate) fn leafy_share(&self) -> f64 {
         self.leafy_share
+    }
+
+    /// How the voxels' edge differs from that of the calibration's.
+    pub(crate) fn other_edge(&self) -> Option<OtherEdge> {
+        self.other_edge
     }
 
     /// Where the leaf area comes from.
@@ -200,8 +217,10 @@ impl<'a> Law<'a> {
     /// The leaf areas of a stretch that stands on `ground_length_m` of its row.
     pub(crate) fn areas(&self, of: &Sums, ground_length_m: f64) -> LeafAreas {
         match self.withheld {
-            // What was met is known, wood or not.
-            Some(why @ Withheld::MostlyWood) => return LeafAreas::withheld(why).with_raw(of.contact_m2),
+            // What was met is known, wood or not, and whatever the calibration.
+            Some(why @ (Withheld::MostlyWood | Withheld::VoxelEdge)) => {
+                return LeafAreas::withheld(why).with_raw(of.contact_m2);
+            }
             Some(why) => return LeafAreas::withheld(why),
             None => {}
         }

@@ -69,6 +69,8 @@ reasons! {
     GroundAsCanopy = 27, "ground_as_canopy", "ground lies among what counts as canopy";
     GroundLevel = 28, "ground_level", "the ground lies so far below where the rig has it that leaves count as ground";
     OutOfSight = 29, "out_of_sight", "no beam leads to most of the row";
+    GroundSilent = 30, "ground_silent", "beams that the rig leads to the ground met nothing";
+    VoxelEdge = 31, "voxel_edge", "the calibration was fitted in voxels of quite another edge";
 }
 
 impl fmt::Display for Withheld {

@@ -36,6 +36,9 @@ pub struct Uncertainty {
     /// Of how well the smallest share of a spot is known that is an echo; `None` where the rig does not say.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_share: Option<f64>,
+    /// Of voxels of another edge than the calibration was fitted in; `None` elsewhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub voxels: Option<f64>,
     /// Of two passes as one, by calibrations and a fill rule that know one pass; `None` of one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sides: Option<f64>,

@@ -322,6 +322,20 @@ impl fmt::Display for Warning {
                  and the scanner's field of view, with the machine",
                 100.0 * share
             ),
+            Self::GroundSilent { share } => write!(
+                f,
+                "of the beams that by the rig end on the ground before the row, {:.0} % met anything, and ground that is so near always answers: leaf areas are withheld; compare the mount's \
+                 `roll_deg`, `orientation`, `roof` and `height_m` with the machine",
+                100.0 * share
+            ),
+            Self::VoxelEdge { edge_m, calibrated_m, relative_sd } => {
+                write!(f, "the calibration was fitted in voxels of {calibrated_m} m, and this row is measured in voxels of {edge_m} m: ")?;
+                match relative_sd {
+                    Some(sd) => write!(f, "the leaf area may be off by {:.0} % (standard deviation)", 100.0 * sd)?,
+                    None => f.write_str("leaf areas are withheld")?,
+                }
+                write!(f, "; leave `voxel_edge_m` out, give it as {calibrated_m}, or fit a calibration with this rig")
+            }
             Self::GroundAsCanopy { share, z_m } => write!(
                 f,
                 "{:.0} % of the returns that count as canopy lie level {z_m:.1} m above where the rig puts the ground, as ground does: leaf areas are withheld; compare the mount's `height_m`, `roof` and angles with the machine, or raise `ground_clearance_m` above grass and weeds",

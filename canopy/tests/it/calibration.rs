@@ -4,7 +4,9 @@ use crate::common::*;
 use rowscan_canopy::calibration::{
     CalibrationError, ClumpingBy, ContactScale, FitQuality, FittedRange, FittedRows, RegressionKind,
 };
-use rowscan_canopy::{Calibration, Estimate, FitError, Pipeline, RowClass, Sample, Withheld, fit};
+use rowscan_canopy::{
+    Calibration, EdgeBy, Estimate, FitError, Parameters, Pipeline, RowClass, Sample, Withheld, fit,
+};
 use rowscan_protocol::rig::Rig;
 
 /// Rows of several lengths with a leaf area that is a function of the impacted area a metre.
@@ -489,4 +491,39 @@ fn another_class_is_named() {
     let said: Vec<String> = found.warnings.iter().map(ToString::to_string).collect();
     assert!(said.iter().any(|w| w.contains("tree_spacing_m is 1.5, this is 1.2")), "{said:?}");
     assert!(!said.iter().any(|w| w.contains("scanner_model")), "{said:?}");
+}
+
+/// Contact goes by the edge of its voxels: a calibration says its own, another one widens the interval, and quite another tells nothing but what was met.
+#[test]
+fn voxels_of_another_edge_than_the_calibrations_are_told() {
+    let (impacted, contact) = hedge_per_metre();
+    let told = |edge_m: f64, calibrated_m: Option<f64>| {
+        let mut calibration = around(impacted, contact);
+        calibration.class.voxel_m = calibrated_m;
+        let parameters = Parameters::default().with_voxel_edge(edge_m, EdgeBy::Given);
+        let mut pipeline =
+            Pipeline::with_parameters(Some(&orchard_rig()), 0, Some(calibration), parameters).unwrap();
+        hedge(225).iter().for_each(|scan| pipeline.push(scan));
+        let found = pipeline.finish();
+        let words =
+            found.warnings.iter().find(|warning| warning.code() == "voxel_edge").map(ToString::to_string);
+        (words, found.leaf)
+    };
+    for edge_m in [0.1, 0.2, 0.25, 0.3, 0.5] {
+        for calibrated_m in [None, Some(0.1), Some(0.2), Some(0.25), Some(0.3), Some(0.5)] {
+            let (words, leaf) = told(edge_m, calibrated_m);
+            let times = calibrated_m.map_or(1.0, |of: f64| (edge_m / of).max(of / edge_m));
+            assert_eq!(words.is_some(), times > 1.0, "{edge_m} {calibrated_m:?}: {words:?}");
+            assert!(words.iter().all(|text| text.contains("`voxel_edge_m`")), "{words:?}");
+            let withheld = leaf.areas.best_m2().err() == Some(Withheld::VoxelEdge);
+            assert_eq!(withheld, times > 1.6, "{edge_m} {calibrated_m:?}");
+            assert!(!withheld || leaf.areas.contact_raw_m2().is_ok());
+            let sd = leaf.uncertainty.and_then(|parts| parts.voxels);
+            assert_eq!(
+                sd.is_some_and(|sd| sd > 0.05),
+                times > 1.0 && !withheld,
+                "{edge_m} {calibrated_m:?}: {sd:?}"
+            );
+        }
+    }
 }

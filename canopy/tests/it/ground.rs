@@ -56,11 +56,52 @@ fn ground_that_counts_as_canopy_is_told() {
         }
         // The mirror the wrong way up.
         let mut told = told_at(real_m);
-        let scans = drive(&told, lms111(), 50, 200, |_, theta| {
+        let sky_below = Rig { ground_clearance_m: -10.0, ..told.clone() };
+        let scans = drive(&sky_below, lms111(), 50, 200, |_, theta| {
             if theta > 0.0 { (real_m / theta.sin()).min(1.7 / theta.cos().max(1e-9)) } else { NO_ECHO }
         });
         told.scanners[0].height_m = real_m;
         assert!(warned(&estimate(&told, &scans)), "{real_m} upside down");
+    }
+}
+
+/// Beams that a wrong roll leads to the ground meet nothing; where a part of the ground does not answer, or no beam leads there, that tells nothing.
+#[test]
+fn ground_that_answers_no_beam_withholds() {
+    for height_m in [1.2, 1.6, 2.4] {
+        let told = Rig { scanners: vec![Mount { height_m, ..Mount::default() }], ..orchard_rig() };
+        let no_ground = Rig { ground_clearance_m: -10.0, ..told.clone() };
+        let mut on_ground = ranges_on_ground(height_m, told.scanners[0].distance_m, 0.0);
+        let mut answers = |share: f64, least_rad: f64| {
+            let scans = drive(&no_ground, lms111(), 50, 200, |y_m, theta| {
+                let is_ground = 0.2 > height_m + on_ground(y_m, theta) * theta.sin();
+                let silent = is_ground && scatter(theta, y_m) >= share || theta < least_rad;
+                if silent { NO_ECHO } else { on_ground(y_m, theta) }
+            });
+            let found = estimate(&told, &scans);
+            let words =
+                found.warnings.iter().map(ToString::to_string).find(|text| text.starts_with("ground_silent"));
+            assert!(words.iter().all(|text| text.contains("`roll_deg`")), "{words:?}");
+            let withheld = found.leaf.areas.best_m2().err();
+            assert_eq!(
+                withheld == Some(Withheld::GroundSilent),
+                words.is_some(),
+                "{height_m} {share}: {withheld:?}"
+            );
+            words.is_some()
+        };
+        assert!(answers(0.0, -2.0), "{height_m}");
+        assert!(answers(0.05, -2.0), "{height_m}");
+        // Wet spots, and a part of the field that meets nothing.
+        assert!(!answers(0.5, -2.0), "{height_m}");
+        assert!(!answers(1.0, -1.1), "{height_m}");
+        // A scanner whose field ends above the ground before the row.
+        let narrow = BeamGrid::spanning(700_000, 1_800_000, 5000);
+        let scans = drive(&no_ground, narrow, 50, 200, |y_m, theta| {
+            let range_m = on_ground(y_m, theta);
+            if 0.2 > height_m + range_m * theta.sin() { NO_ECHO } else { range_m }
+        });
+        assert!(!warned(&estimate(&told, &scans), "ground_silent"), "{height_m}");
     }
 }
 

@@ -265,6 +265,7 @@ fn fitted(found: &Estimate) -> Calibration {
         optics: calibration::Optics::Footprint,
         distance_m: Some(DISTANCE_M),
         line_spacing_m: None,
+        voxel_m: None,
         canopy: CanopyClass::default(),
     };
     fit(&samples, class, Provenance { command: "a test".into(), seeds: vec![1] }).unwrap()

@@ -60,6 +60,7 @@ struct FittedRow {
     sample: Option<Sample>,
     canopy: CanopyClass,
     line_spacing_m: Option<f64>,
+    voxel_m: Option<f64>,
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
@@ -105,6 +106,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
                 .map(|sample| Sample { wood_area_m2: wood.then_some(trial.truth.wood_area_m2), ..sample }),
             canopy: trial.class.canopy.clone(),
             line_spacing_m: trial.estimate.contact.and_then(|contact| contact.line_spacing_m),
+            voxel_m: trial.estimate.contact.map(|contact| contact.voxel_m),
         }
     };
     let name = format!("calibration by {clumping:?}, wood {wood}");
@@ -116,6 +118,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let canopy = mean_class(classes.iter()).canopy;
     let class = CalibrationClass {
         line_spacing_m: line_spacing_m(fitted.iter().map(|row| row.line_spacing_m)),
+        voxel_m: voxel_m(fitted.iter().map(|row| row.voxel_m)),
         ..class_of(&scene, model, canopy)
     };
     let samples: Vec<Sample> = fitted.iter().filter_map(|row| row.sample).collect();
@@ -193,8 +196,16 @@ fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationC
         optics: rig.optics.into(),
         distance_m: mount.map(|mount| mount.distance_m),
         line_spacing_m: None,
+        voxel_m: None,
         canopy,
     }
+}
+
+/// The edge of the voxels that all these rows were measured in; `None` where they differ.
+pub(super) fn voxel_m(rows: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+    let mut rows = rows.into_iter();
+    let first = rows.next()?;
+    rows.all(|edge_m| edge_m == first).then_some(first)?
 }
 
 /// How far apart lines lie on these rows, the mean, to a tenth of a millimetre; `None` where one does not tell.

@@ -80,8 +80,13 @@ pub(super) fn row(
     // From here on the estimator's own settings: rays, and no device.
     let rig = rig_with(&bare.rig, 0, model.name);
     let base = reading::parameters(&rig, &mount, true).map_err(ReadingError::from)?;
+    // What voxels of another edge than the calibration's change is a part of the budget.
+    let mut of_any_edge = calibration.clone();
+    if let Some(calibration) = &mut of_any_edge {
+        calibration.class.voxel_m = None;
+    }
     let fine = |stage: &Stage, parameters: Parameters| -> Result<Estimate, TrialError> {
-        scanned(stage, &mount, calibration.clone(), parameters)
+        scanned(stage, &mount, of_any_edge.clone(), parameters)
     };
     let sampled = fine(&bare, base)?;
     let turned = base.projection_of(projection);

@@ -14,6 +14,7 @@ fn class() -> CalibrationClass {
         optics: Optics::Measured,
         distance_m: Some(2.0),
         line_spacing_m: None,
+        voxel_m: None,
         canopy: CanopyClass::default(),
     }
 }

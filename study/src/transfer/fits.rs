@@ -81,6 +81,7 @@ fn class() -> CalibrationClass {
         optics: Optics::Ideal,
         distance_m: None,
         line_spacing_m: None,
+        voxel_m: None,
         canopy: CanopyClass::default(),
     }
 }

@@ -40,6 +40,16 @@ pub(crate) fn theta(mount: &Mount, grid: BeamGrid, beam: usize) -> (f64, bool) {
     (theta_deg.to_radians(), theta_deg.abs() < 90.0)
 }
 
+/// How far below the rig's ground the real one lies, metres: rounding leaves none of its returns above.
+const BELOW_M: f64 = 0.02;
+
+/// A beam that meets nothing else ends on level ground, if the rig has one.
+fn on_ground(rig: &Rig, theta: f64, range_m: f64) -> f64 {
+    let height_m = rig.scanners[0].height_m;
+    let meets = range_m == NO_ECHO && theta < 0.0 && rig.ground_clearance_m >= 0.0 && height_m > 0.0;
+    if meets { (height_m + BELOW_M) / -theta.sin() } else { range_m }
+}
+
 /// Line number `i` of a device at `hertz`, its ranges a function of y and θ.
 pub(crate) fn line(
     rig: &Rig,
@@ -52,7 +62,7 @@ pub(crate) fn line(
     let y_m = rig.y_m(f64::from(i) * f64::from(period_us) * 1e-6);
     let range_m = (0..grid.len())
         .map(|beam| match theta(&rig.scanners[0], grid, beam) {
-            (theta, true) => range(y_m, theta),
+            (theta, true) => on_ground(rig, theta, range(y_m, theta)),
             (_, false) => 0.7,
         })
         .collect();
@@ -148,6 +158,7 @@ pub(crate) fn class() -> CalibrationClass {
         optics: Optics::Ideal,
         distance_m: None,
         line_spacing_m: None,
+        voxel_m: None,
         canopy: CanopyClass::default(),
     }
 }
