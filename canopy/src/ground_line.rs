@@ -5,6 +5,7 @@
 //! stretches, for an alley driven back has the slope's other sign.
 
 use crate::geometry::Frame;
+use crate::level::LevelSurface;
 
 /// Width of a column across the row, metres.
 const COLUMN_M: f64 = 0.25;
@@ -42,6 +43,12 @@ const STRETCHES: f64 = 1.0 / 3.0;
 
 /// How rough level ground is by itself, metres.
 const ROUGH_M: f64 = 0.02;
+/// Returns so far off the ground's line belong to it, metres.
+const OF_GROUND_M: f64 = 0.1;
+/// Share of the canopy's returns that may be ground.
+const GROUND_SHARE: f64 = 0.02;
+/// Returns of the canopy below which nothing is said.
+const LEAST_CANOPY: u64 = 1000;
 
 /// The slope as found differs from the rig's by more than this: it is told, degrees. Ranges of a TiM561 are off so that it sees half a degree less or more
 /// than there is.
@@ -73,6 +80,12 @@ pub(crate) struct GroundLine {
     clearance_m: f64,
     /// Those with the rig's slope, and Σ height of their ground at the row axis, metres.
     level: (u32, f64),
+    /// How much the rig's ground rises a metre towards the row.
+    rise: f64,
+    /// Returns that count as canopy where the ground was found.
+    canopy: u64,
+    /// Of these, those of the ground, and Σ their height above the rig's ground, metres.
+    of_ground: (u64, f64),
 }
 
 /// A slope that is not the rig's, degrees in the rig's sense.
@@ -97,6 +110,9 @@ impl GroundLine {
             distance_m: frame.distance_m,
             clearance_m: frame.ground_clearance_m,
             level: (0, 0.0),
+            rise: frame.rise,
+            canopy: 0,
+            of_ground: (0, 0.0),
         }
     }
 
@@ -136,9 +152,41 @@ impl GroundLine {
                 *sum_m += at_row_m;
             }
             self.differ_much += u32::from(off_deg.abs() > WITHHELD_DEG);
+            self.count_ground(rise, at_row_m);
         }
         self.bins.fill(0);
         self.length_m = 0.0;
+    }
+
+    /// Counts what of the canopy is ground: a line that rises so much towards the row, and lies so high at its axis.
+    fn count_ground(&mut self, rise: f64, at_row_m: f64) {
+        for (number, column) in self.bins.chunks(BINS).enumerate() {
+            let from_row_m = (number as f64 + 0.5) * COLUMN_M - self.distance_m;
+            let told_m = self.rise * from_row_m;
+            let ground_m = at_row_m + rise * from_row_m;
+            let reaches_canopy = ground_m - told_m > self.clearance_m - ROUGH_M;
+            for (bin, count) in column.iter().enumerate().filter(|(_, count)| **count > 0) {
+                let z_m = LOWEST_M + (bin as f64 + 0.5) * BIN_M;
+                let above_m = z_m - told_m;
+                if above_m < self.clearance_m {
+                    continue;
+                }
+                self.canopy += u64::from(*count);
+                if reaches_canopy && (z_m - ground_m).abs() <= OF_GROUND_M {
+                    let (returns, sum_m) = &mut self.of_ground;
+                    *returns += u64::from(*count);
+                    *sum_m += f64::from(*count) * above_m;
+                }
+            }
+        }
+    }
+
+    /// The ground, where much of what counts as canopy is ground.
+    pub(crate) fn in_canopy(&self) -> Option<LevelSurface> {
+        let (returns, sum_m) = self.of_ground;
+        let share = returns as f64 / self.canopy as f64;
+        (self.canopy >= LEAST_CANOPY && share >= GROUND_SHARE)
+            .then(|| LevelSurface { z_m: sum_m / returns as f64, share })
     }
 
     /// The slope of the stretches that differ from the rig's, if they are many. Of a drive whose alleys differ both ways, that of the more.

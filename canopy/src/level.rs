@@ -13,8 +13,6 @@ const LOWEST_M: f64 = -2.0;
 const BINS: usize = 120;
 /// Share of the canopy's returns in two neighbouring bins that makes them level.
 const LEVEL_SHARE: f64 = 0.3;
-/// The same at the height where the ground was found.
-const GROUND_LEVEL_SHARE: f64 = 0.1;
 /// Share of all returns that the ground has at least where it is what the rig says.
 const GROUND_SHARE: f64 = 0.01;
 /// Returns below which nothing is said.
@@ -75,14 +73,6 @@ impl Levels {
         let share = most as f64 / self.returns as f64;
         let z_m = LOWEST_M + (bin as f64 + 1.0) * BIN_M;
         (share >= LEVEL_SHARE).then_some(LevelSurface { z_m, share })
-    }
-
-    /// The canopy's returns within a bin of the ground, which was found at this height; none where they are few.
-    pub(crate) fn at_ground(&self, z_m: f64) -> Option<LevelSurface> {
-        let bin = ((z_m - LOWEST_M) / BIN_M).round() - 1.0;
-        let near = (bin >= 0.0 && self.returns >= LEAST).then(|| self.pairs().nth(bin as usize)).flatten()?;
-        let share = near as f64 / self.returns as f64;
-        (share >= GROUND_LEVEL_SHARE).then_some(LevelSurface { z_m, share })
     }
 
     /// Returns in neighbouring bins.

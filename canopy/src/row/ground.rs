@@ -14,8 +14,7 @@ impl Row {
     /// found.
     pub(crate) fn ground_in_canopy(&self) -> Option<LevelSurface> {
         let mistaken = self.levels.mistaken_ground(self.totals.returns.ground, &self.table, &self.frame);
-        let above = || self.other_level_m().filter(|level_m| *level_m > 0.0);
-        mistaken.or_else(|| self.levels.at_ground(above()?))
+        mistaken.or_else(|| self.ground.in_canopy())
     }
 
     /// True where the ground lies so far below where the rig has it that leaves count as ground.

@@ -184,8 +184,10 @@ fn a_slope_that_is_not_the_rigs_is_told_from_3_degrees_and_withheld_from_6() {
         let text =
             found.warnings.iter().map(ToString::to_string).find(|text| text.starts_with("ground_slope"));
         assert!(text.iter().all(|text| text.contains("`ground_slope_deg`")), "{text:?}");
-        assert!(withheld.is_none_or(|code| code == "ground_slope"), "{told:?}: {withheld:?}");
-        (text, withheld.is_some())
+        let codes = [None, Some("ground_slope"), Some("ground_as_canopy")];
+        assert!(codes.contains(&withheld), "{told:?}: {withheld:?}");
+        // Ground that reaches the canopy withholds whatever its slope.
+        (text, withheld == Some("ground_slope"))
     };
     for rows in &ROWS[..2] {
         for slope_deg in [-15.0, -6.0, -3.5, -3.0, -2.0, 0.0, 2.0, 3.0, 3.5, 6.0, 15.0] {
@@ -220,6 +222,36 @@ fn a_slope_that_is_not_the_rigs_is_told_from_3_degrees_and_withheld_from_6() {
                     "{slope_deg}, told {told:?}: {text:?}"
                 );
             }
+        }
+    }
+}
+
+/// Whatever a roll or a slope is off by: a leaf area that is told is that of the rig that is right.
+#[test]
+fn a_leaf_area_that_is_told_has_no_ground_in_it() {
+    let raw_m2 = |estimate: &Estimate| estimate.leaf.areas.contact_raw_m2();
+    for rows in &ROWS[..2] {
+        for height_m in [1.2, 1.6, 2.4] {
+            let mut rig = on_a_slope(rows, 0.0).0;
+            rig.scanners[0].height_m = height_m;
+            let of = |slope_deg| {
+                let scans = scans_on_a_slope(&rig, lms111(), height_m, slope_deg);
+                estimate(&rig, &scans)
+            };
+            let flat_m2 = raw_m2(&of(0.0)).unwrap();
+            let mut withheld = 0;
+            for half_degrees in -18..=18 {
+                let slope_deg = f64::from(half_degrees) / 2.0;
+                match raw_m2(&of(slope_deg)) {
+                    Ok(found_m2) => {
+                        let off = found_m2 / flat_m2 - 1.0;
+                        assert!(off.abs() < 0.1, "{rows:?} {height_m} m, {slope_deg}°: {off}");
+                    }
+                    Err(_) => withheld += 1,
+                }
+            }
+            // The rig's own slope, and a little beside it, is told.
+            assert!((14..=30).contains(&withheld), "{rows:?} {height_m} m: {withheld}");
         }
     }
 }
