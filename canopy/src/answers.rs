@@ -11,6 +11,8 @@ const MOST: f64 = 0.5;
 const DIRECTIONS: usize = 360;
 /// How far from the mirror ground answers, metres: dark soil under 15° and more, by a scanner that has a range of 18 m at 10 % remission.
 const GROUND_ANSWERS_M: f64 = 6.0;
+/// What lies so far below the ground that the rig tells is none of it, metres: a beam that ends there was led elsewhere.
+const BELOW_M: f64 = 1.0;
 /// Share of the directions to the ground that must answer: a dirty window, a wet spot and a post take some.
 const LEAST_ANSWERS: f64 = 0.25;
 /// Directions to the ground that tell something.
@@ -42,11 +44,12 @@ fn number(beam: &Beam) -> usize {
 }
 
 impl Answers {
-    /// Adds a beam of a line with this weight.
-    pub(crate) fn add(&mut self, beam: &Beam, found: Reading, weight_m: f64) {
+    /// Adds a beam of a line with this weight; a return lies so high above the ground.
+    pub(crate) fn add(&mut self, beam: &Beam, found: Reading, above_m: f64, weight_m: f64) {
         let Some(direction) = self.directions.get_mut(number(beam)) else { return };
         direction.all_m += weight_m;
         match found {
+            Reading::Return if above_m < -BELOW_M => direction.missed_m += weight_m,
             Reading::Return => {}
             Reading::Miss => direction.missed_m += weight_m,
             Reading::Invalid => direction.unknown_m += weight_m,

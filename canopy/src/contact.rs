@@ -43,6 +43,8 @@ pub(crate) struct Sampled {
     /// Σ line weight over hits, and over those in voxels denser than foliage; metres.
     hits_m: f64,
     too_dense_m: f64,
+    /// The same over hits in voxels that enough beams passed to tell a density.
+    told_m: f64,
     /// Σ line weight · distance across the row over hits, m², and the same of its square, m³.
     hits_x_m2: f64,
     hits_x2_m3: f64,
@@ -65,6 +67,7 @@ impl Sampled {
             let behind = layer.iter().skip(1).map(Some).chain([None]);
             for (voxel, behind) in layer.iter().zip(behind) {
                 sampled.hits_m += voxel.hits_m;
+                sampled.told_m += if density(voxel).is_some() { voxel.hits_m } else { 0.0 };
                 sampled.hits_x_m2 += voxel.hits_x_m2;
                 sampled.hits_x2_m3 += voxel.hits_x2_m3;
                 let is_dense = density(voxel).is_some_and(|found| found > too_dense);
@@ -84,6 +87,7 @@ impl Sampled {
         self.hits += slice.hits;
         self.hits_m += slice.hits_m;
         self.too_dense_m += slice.too_dense_m;
+        self.told_m += slice.told_m;
         self.hits_x_m2 += slice.hits_x_m2;
         self.hits_x2_m3 += slice.hits_x2_m3;
     }
@@ -96,6 +100,11 @@ impl Sampled {
             Some(_) => self.too_dense_m / self.hits_m,
             None => 0.0,
         }
+    }
+
+    /// Share of the hits whose voxel too few beams passed to tell a density; 0 without a hit.
+    pub(crate) fn untold(&self) -> f64 {
+        if self.hits_m > 0.0 { 1.0 - self.told_m / self.hits_m } else { 0.0 }
     }
 
     /// For an estimate: of slices this long, with lines so far apart.

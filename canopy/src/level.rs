@@ -15,6 +15,8 @@ const BINS: usize = 120;
 const LEVEL_SHARE: f64 = 0.3;
 /// Share of all returns that the ground has at least where it is what the rig says.
 const GROUND_SHARE: f64 = 0.01;
+/// Share of the returns below the canopy's top.
+const TOP_SHARE: f64 = 0.98;
 /// Returns below which nothing is said.
 const LEAST: u64 = 1000;
 
@@ -73,6 +75,16 @@ impl Levels {
         let share = most as f64 / self.returns as f64;
         let z_m = LOWEST_M + (bin as f64 + 1.0) * BIN_M;
         (share >= LEVEL_SHARE).then_some(LevelSurface { z_m, share })
+    }
+
+    /// Up to where the canopy reaches, metres above the ground: 98 of 100 returns lie below. `None` of few returns.
+    pub(crate) fn top_m(&self) -> Option<f64> {
+        let mut below = 0;
+        let bin = self.bins.iter().position(|count| {
+            below += count;
+            below as f64 >= TOP_SHARE * self.returns as f64
+        })?;
+        (self.returns >= LEAST).then_some(LOWEST_M + (bin as f64 + 1.0) * BIN_M)
     }
 
     /// Returns in neighbouring bins.

@@ -3,7 +3,7 @@
 mod warned;
 
 use crate::by_height::{self, ByHeight};
-use crate::calibration::{Calibration, Optics};
+use crate::calibration::{Calibration, ContactScale, Optics};
 use crate::class::{Compared, Holds, Look, RowClass, ScanGeometry, Standing};
 use crate::estimate::{
     ContactReport, Estimate, MountReport, RangeStatistics, SidesReport, SliceEstimate, TreeEstimate,
@@ -198,6 +198,7 @@ fn tell_how_sure(
                 uncertainty::hidden_sd(contact.voxels_visited, contact.voxels_unvisited)
             }),
         }),
+        rows: counted.scale.and_then(ContactScale::scatter_sd),
         wood: counted.scale.and_then(|scale| scale.wood_sd(raw_m2_per_m)),
         calibration: counted.scale.and_then(|scale| scale.k_sd),
         remission: pass.row.remission().filter(|_| counted.count == Count::Shares).map(|scale| {
@@ -222,6 +223,7 @@ fn tell_how_sure(
     let others = [of_density, of_wood, of_factor, of_remission, of_share, of_spot, of_sides, of_voxels];
     let all = parts
         .sampling
+        .map(|sampling| sampling.max(parts.rows.unwrap_or(0.0)))
         .zip(parts.between_class)
         .map(|(a, b)| uncertainty::combined([a, b].into_iter().chain(others)));
     leaf.sampling_error_m2 = parts.sampling.and_then(ends);
@@ -364,7 +366,16 @@ fn row(
             estimate.warnings.push(Warning::NoFoliage { share: contact.too_dense });
         }
         Err(Withheld::OutOfSight) => {
-            estimate.warnings.push(Warning::OutOfSight { share: pass.row.out_of_sight() });
+            let share = pass.row.out_of_sight().unwrap_or(1.0);
+            estimate.warnings.push(Warning::OutOfSight { share });
+        }
+        Err(Withheld::TooFewBeams) => {
+            let (share, voxel_m) = (pass.row.sampled_so_far().untold(), pass.row.voxel_m());
+            estimate.warnings.push(Warning::TooFewBeams { share, voxel_m });
+        }
+        Err(Withheld::TooManyLeaves) => {
+            let lai = pass.row.too_many_leaves().unwrap_or(f64::INFINITY);
+            estimate.warnings.push(Warning::TooManyLeaves { lai });
         }
         Err(Withheld::GroundSilent) => {
             let share = pass.row.silent_ground().unwrap_or(0.0);

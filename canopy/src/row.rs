@@ -294,14 +294,15 @@ impl Row {
         for ((beam, &range_m), &fresh) in self.table.beams().iter().zip(range_m).zip(self.patches.fresh()) {
             let Some(beam) = beam else { continue };
             let found = reading(range_m);
-            self.answers.add(beam, found, weight_m);
+            let (x_m, z_m) = (range_m * beam.cos, self.frame.height_m + range_m * beam.sin);
+            self.answers.add(beam, found, self.frame.above_ground_m(x_m, z_m), weight_m);
             let place = match found {
                 Reading::Return => Some(self.frame.place(beam, range_m)),
                 Reading::Miss => None,
                 Reading::Invalid => continue,
             };
             if place.is_some() {
-                self.ground.add(range_m * beam.cos, self.frame.height_m + range_m * beam.sin);
+                self.ground.add(x_m, z_m);
             }
             let mut canopy = None;
             match place {

@@ -425,6 +425,14 @@ impl Voxels {
         if all > 0.0 { 1.0 - seen / all } else { 0.0 }
     }
 
+    /// How high above the ground the lowest room lies that a beam of the grid leads to, metres; 0 before the first line.
+    pub(crate) fn lowest_in_sight_m(&self) -> f64 {
+        let nx = self.region.nx.max(1);
+        let mut layers = self.paths.aimed.chunks(nx);
+        let lowest = layers.position(|layer| layer.contains(&true)).unwrap_or(0);
+        (self.region.z_m + lowest as f64 * self.region.dz_m).max(0.0)
+    }
+
     /// Metres of row in the open slice.
     pub(crate) fn length_m(&self) -> f64 {
         self.length_m

@@ -338,6 +338,18 @@ pub enum Warning {
         /// Share of them that met something.
         share: f64,
     },
+    /// Too few beams passed most of the voxels that were hit: leaf areas are withheld.
+    TooFewBeams {
+        /// Share of the hits in such voxels.
+        share: f64,
+        /// Edge of the voxels, metres.
+        voxel_m: f64,
+    },
+    /// More was met than any orchard has leaves: leaf areas are withheld.
+    TooManyLeaves {
+        /// Leaf area index of all that was met.
+        lai: f64,
+    },
     /// Contact is measured in voxels of another edge than the calibration's.
     VoxelEdge {
         /// Of this row, metres.
@@ -461,6 +473,8 @@ impl Warning {
             Self::OutOfSight { .. } => "out_of_sight",
             Self::GroundSilent { .. } => "ground_silent",
             Self::VoxelEdge { .. } => "voxel_edge",
+            Self::TooFewBeams { .. } => "too_few_beams",
+            Self::TooManyLeaves { .. } => "too_many_leaves",
             Self::GroundSlope { .. } => "ground_slope",
             Self::GroundLevel { .. } => "ground_level",
             Self::BeforeRow { .. } => "before_row",

@@ -65,6 +65,9 @@ enum CheckFormat {
     Record,
 }
 
+/// Largest file of verdicts that another one takes the place of, bytes.
+const MOST_OF_VERDICTS: u64 = 1 << 28;
+
 pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     if args.markdown {
         print(&rowscan_check::what::markdown())?;
@@ -114,11 +117,21 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
 }
 
 impl Args {
-    /// Refuses a file of verdicts that could not be written, or that would take the place of a scenario, which other processes may read.
+    /// Refuses a file of verdicts that could not be written, or that would take the place of a scenario, which other processes may read, or of anything else
+    /// than earlier verdicts.
     fn check_junit(&self) -> Result<(), Failure> {
         let Some(path) = &self.junit else { return Ok(()) };
         self.scenarios.iter().for_each(|scenario| rowscan_files::will_be_read(scenario));
-        can_be_written(path)
+        can_be_written(path)?;
+        let is_of_verdicts = |held: Vec<u8>| held.is_empty() || held.trim_ascii_start().starts_with(b"<?xml");
+        // What cannot be read, or is larger than verdicts are, is something else.
+        if !path.is_file() || rowscan_files::read_own(path, MOST_OF_VERDICTS).is_ok_and(is_of_verdicts) {
+            return Ok(());
+        }
+        Err(Failure::Usage(format!(
+            "--junit {}: expected a new file, or one of earlier verdicts (XML), found a file of something else: name another file, or remove that one",
+            path.display()
+        )))
     }
 
     /// Who looks at the runs, if the page is asked for and can be had.

@@ -282,6 +282,10 @@ pub fn calibrate(
         let other = of_mean(&of_recordings);
         half = if other.0 * other.1 > half.0 * half.1 { other } else { half };
     }
+    // Pieces scatter more than the rows that they are taken for.
+    if let Some(rows) = &mut calibration.contact.fitted {
+        rows.scatter = None;
+    }
     // Intervals are those of a normal law: by this deviation theirs is as wide as Student's, by which the factor is known.
     calibration.contact.k_sd = Some(half.0 * half.1 / Z95);
     let raw_m2_per_m = mean(

@@ -66,6 +66,11 @@ fn verdicts_that_could_not_be_written_are_refused_before_anything_runs() {
     std::fs::create_dir(folder.path().join("kept-not")).expect("made");
     assert_says(&refused(&other), &["it is read by this command"]);
     assert_eq!(std::fs::read_to_string(&path).expect("still there"), written);
+    // A controller, a recording, a base: what is no XML stays.
+    let controller = folder.path().join("controller.py");
+    std::fs::write(&controller, "import socket\n").expect("written");
+    assert_says(&refused(&controller), &["controller.py", "expected a new file", "XML", "name another file"]);
+    assert_eq!(std::fs::read_to_string(&controller).expect("still there"), "import socket\n");
 }
 
 #[test]

@@ -46,6 +46,10 @@ pub struct FittedRows {
     /// Their own exponent, by ordinary least squares of ln L on ln x. Through wide beams it is larger than `p`: applied, it would
     /// enlarge the errors of rows of another class or distance.
     pub exponent: f64,
+    /// Relative standard deviation of their leaf areas about that law: what rows of one class differ by that the scans do not tell. Unknown in files of
+    /// versions before this key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scatter: Option<f64>,
 }
 
 /// What tells how close together leaves stand, for leaf areas by beams with a width.
@@ -81,6 +85,7 @@ pub(super) struct ScaleKeys {
     mean: &'static str,
     mean_leaf_area: &'static str,
     exponent: &'static str,
+    scatter: &'static str,
 }
 
 macro_rules! keys {
@@ -96,6 +101,7 @@ macro_rules! keys {
             mean: concat!($table, ".fitted.mean_m2_per_m"),
             mean_leaf_area: concat!($table, ".fitted.mean_leaf_area_m2_per_m"),
             exponent: concat!($table, ".fitted.exponent"),
+            scatter: concat!($table, ".fitted.scatter"),
         }
     };
 }
@@ -142,6 +148,9 @@ impl ContactScale {
         let Some(rows) = self.fitted else { return Ok(()) };
         positive(keys.mean, rows.mean_m2_per_m)?;
         positive(keys.mean_leaf_area, rows.mean_leaf_area_m2_per_m)?;
+        if let Some(value) = rows.scatter.filter(|sd| !(sd.is_finite() && *sd >= 0.0)) {
+            return Err(CalibrationError::NotPositive { key: keys.scatter, value });
+        }
         if rows.exponent.is_finite() {
             Ok(())
         } else {
@@ -174,6 +183,11 @@ impl ContactScale {
     /// Relative standard deviation of the leaf area for what rows of the class differ in wood; `None` where none is taken out.
     pub fn wood_sd(&self, raw_m2_per_m: f64) -> Option<f64> {
         self.wood.map(|wood| wood.sd_m2_per_m / raw_m2_per_m * self.amplification(raw_m2_per_m))
+    }
+
+    /// What the fitted rows scatter about their own law, relative standard deviation; `None` where the file does not say.
+    pub fn scatter_sd(&self) -> Option<f64> {
+        self.fitted?.scatter
     }
 
     /// Relative standard deviation of the leaf area for what a larger exponent of the fitted rows makes of it: little near their mean, and more the denser or

@@ -224,6 +224,13 @@ fn ln(values: &[f64]) -> Vec<f64> {
     values.iter().map(|v| v.ln()).collect()
 }
 
+/// Standard deviation of y about a line that was fitted to it; `None` of two rows, which have none.
+fn scatter(line: &FittedLine, x: &[f64], y: &[f64]) -> Option<f64> {
+    let free = x.len().checked_sub(2).filter(|free| *free > 0)?;
+    let squares: f64 = x.iter().zip(y).map(|(&x, &y)| (y - line.at(x)).powi(2)).sum();
+    Some((squares / free as f64).sqrt())
+}
+
 /// The scale of raw leaf areas `raw`, which a sample has under `key`, this wood taken out.
 fn scale(
     key: &'static str,
@@ -245,6 +252,7 @@ fn scale(
         mean_m2_per_m: mean(&ln_x).exp(),
         mean_leaf_area_m2_per_m: mean(&ln_y).exp(),
         exponent: line.slope,
+        scatter: scatter(&line, &ln_x, &ln_y),
     };
     let fitted = FittedLine::fit(&ln_x, &ln_y).map(own);
     let good = quality(raw, y, Goodness::of_line(&line, x, y));

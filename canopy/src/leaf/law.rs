@@ -14,8 +14,8 @@ use crate::voxel_edge::OtherEdge;
 
 /// Share of the hits that may be denser than foliage: trunks and posts are.
 const NO_FOLIAGE: f64 = 0.25;
-/// Share of the row's room without a beam above which no leaf area is told: a scanner of 90° beside the row leaves two fifths out.
-const OUT_OF_SIGHT: f64 = 0.55;
+/// Share of the hits in voxels that too few beams passed from which on a leaf area is none.
+const UNTOLD: f64 = 0.5;
 
 /// Of what rows differ by, a regression must tell this share, of rows that were not fitted: else the rows' mean is as good.
 const LEAST_R2: f64 = 0.5;
@@ -93,12 +93,16 @@ impl<'a> Law<'a> {
             Some(Withheld::GroundAsCanopy)
         } else if row.takes_leaves_for_ground() {
             Some(Withheld::GroundLevel)
-        } else if row.out_of_sight() > OUT_OF_SIGHT {
+        } else if row.out_of_sight().is_some() {
             Some(Withheld::OutOfSight)
         } else if row.silent_ground().is_some() {
             Some(Withheld::GroundSilent)
         } else if row.sampled_so_far().too_dense() > NO_FOLIAGE {
             Some(Withheld::NoFoliage)
+        } else if row.sampled_so_far().untold() > UNTOLD {
+            Some(Withheld::TooFewBeams)
+        } else if row.too_many_leaves().is_some() {
+            Some(Withheld::TooManyLeaves)
         } else {
             row.other_side_withheld()
         };

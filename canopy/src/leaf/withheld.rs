@@ -71,6 +71,8 @@ reasons! {
     OutOfSight = 29, "out_of_sight", "no beam leads to most of the row";
     GroundSilent = 30, "ground_silent", "beams that the rig leads to the ground met nothing";
     VoxelEdge = 31, "voxel_edge", "the calibration was fitted in voxels of quite another edge";
+    TooFewBeams = 32, "too_few_beams", "too few beams passed most of the voxels that were hit";
+    TooManyLeaves = 33, "too_many_leaves", "more was met on the ground's area than any orchard has leaves";
 }
 
 impl fmt::Display for Withheld {

@@ -23,6 +23,10 @@ pub struct Uncertainty {
     /// Of rows denser or thinner than those the calibration was fitted on are on average, where they had a larger exponent than the calibration applies,
     /// and of rows denser or thinner than all of them; without a calibration, of what too few beams reached. `None` where nothing is known of the row.
     pub density: Option<f64>,
+    /// Of the rows that the calibration was fitted on about their own law: rows of one class differ by so much that the scans do not tell. It stands in the
+    /// place of `sampling` where it is larger, for it has the sampling of those rows in it. `None` where the calibration does not say, and without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rows: Option<f64>,
     /// Of the wood that rows of a class have more or less of than its mean, which the calibration takes out; `None` where it takes none out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wood: Option<f64>,

@@ -318,7 +318,7 @@ impl fmt::Display for Warning {
             }
             Self::OutOfSight { share } => write!(
                 f,
-                "no beam leads to {:.0} % of the row's room (the row spacing wide, up to the top that is looked at): leaf areas are withheld; compare the mount's `orientation`, `row`, `roof` and angles, \
+                "no beam leads to {:.0} % of the row (of its room, the row spacing wide, up to the top that is looked at; or of the crown's height from below): leaf areas are withheld; compare the mount's `orientation`, `row`, `roof` and angles, \
                  and the scanner's field of view, with the machine",
                 100.0 * share
             ),
@@ -327,6 +327,16 @@ impl fmt::Display for Warning {
                 "of the beams that by the rig end on the ground before the row, {:.0} % met anything, and ground that is so near always answers: leaf areas are withheld; compare the mount's \
                  `roll_deg`, `orientation`, `roof` and `height_m` with the machine",
                 100.0 * share
+            ),
+            Self::TooFewBeams { share, voxel_m } => write!(
+                f,
+                "{:.0} % of the hits lie in voxels of {voxel_m} m that too few beams passed to tell a density: leaf areas are withheld; leave `voxel_edge_m` out, drive slower, or take a finer resolution",
+                100.0 * share
+            ),
+            Self::TooManyLeaves { lai } => write!(
+                f,
+                "what was met comes to a leaf area index of {lai:.0}, more than any orchard has: leaf areas are withheld; compare the mount's `roll_deg`, `height_m`, `distance_m` and angles, and the rig's \
+                 `row_spacing_m`, with the machine"
             ),
             Self::VoxelEdge { edge_m, calibrated_m, relative_sd } => {
                 write!(f, "the calibration was fitted in voxels of {calibrated_m} m, and this row is measured in voxels of {edge_m} m: ")?;

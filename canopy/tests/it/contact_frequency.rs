@@ -2,7 +2,7 @@
 
 use crate::common::slab::*;
 use crate::common::*;
-use rowscan_canopy::{Estimate, Fill, Parameters};
+use rowscan_canopy::{EdgeBy, Estimate, Fill, Parameters, Withheld};
 use rowscan_protocol::rig::Rig;
 use rowscan_protocol::scan::NO_ECHO;
 
@@ -28,6 +28,18 @@ fn slabs_whose_faces_cut_voxels_are_a_few_percent_off() {
     let found = estimate_with(&rig, Parameters::default(), &turbid(1.0, 3.0, 300, 2));
     let ratio = ratio(&found, 1.0, 3.0);
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+}
+
+/// Voxels so small that hardly a beam passes one tell nothing: no leaf area, and not 0.
+#[test]
+fn voxels_that_too_few_beams_pass_tell_no_leaf_area() {
+    let scans = turbid(1.0, 1.0, 200, 3);
+    for (edge_m, told) in [(0.02, false), (0.04, false), (0.1, true), (0.25, true)] {
+        let found = estimate_with(&rig(), parameters().with_voxel_edge(edge_m, EdgeBy::Given), &scans);
+        let why = found.leaf.areas.best_m2().err();
+        assert_eq!(why, (!told).then_some(Withheld::TooFewBeams), "{edge_m}: {:?}", found.warnings);
+        assert_eq!(found.warnings.iter().any(|warning| warning.code() == "too_few_beams"), !told, "{edge_m}");
+    }
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Ground that a wrong rig puts among the leaves is told, and ground on a slope that the rig tells is no leaf.
 
-use crate::common::{drive, estimate, lms111, lms511, orchard_rig, relative, scatter, wall};
-use rowscan_canopy::{Estimate, Heading, Withheld};
+use crate::common::{
+    drive, estimate, estimate_with, hedge, lms111, lms511, orchard_rig, relative, scatter, wall,
+};
+use rowscan_canopy::{EdgeBy, Estimate, Heading, Parameters, Withheld};
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Rig, RowSide};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
@@ -223,6 +225,19 @@ fn a_slope_that_is_not_the_rigs_is_told_from_3_degrees_and_withheld_from_6() {
                 );
             }
         }
+    }
+}
+
+/// A hedge that no beam passes, in voxels so large that it fills them by what it holds at its face, has no leaf area.
+#[test]
+fn more_leaves_than_any_orchard_has_are_withheld() {
+    for (edge_m, expected) in [(0.25, None), (0.3, Some(Withheld::TooManyLeaves))] {
+        let parameters = Parameters::default().with_voxel_edge(edge_m, EdgeBy::Given);
+        let found = estimate_with(&orchard_rig(), parameters, &hedge(225));
+        assert_eq!(found.leaf.areas.best_m2().err(), expected, "{edge_m}: {:?}", found.warnings);
+        let words =
+            found.warnings.iter().map(ToString::to_string).find(|text| text.starts_with("too_many_leaves"));
+        assert_eq!(words.is_some_and(|text| text.contains("`distance_m`")), expected.is_some());
     }
 }
 

@@ -237,6 +237,25 @@ fn a_row_that_no_beam_leads_to_is_out_of_sight() {
     }
 }
 
+/// A scanner of half a turn that looks up sees a crown from its own height on: too high, and the lowest part of it is in no beam's way.
+#[test]
+fn a_crown_that_no_beam_leads_to_from_below_is_out_of_sight() {
+    for (height_m, expected) in
+        [(0.4, None), (0.7, None), (1.3, Some(Withheld::OutOfSight)), (1.8, Some(Withheld::OutOfSight))]
+    {
+        let mount = Mount { orientation: Orientation::Up, height_m, ..Mount::default() };
+        let rig = Rig { scanners: vec![mount], ..orchard_rig() };
+        let grid = BeamGrid::spanning(0, 1_800_000, 5000);
+        let crown = |y_m: f64, theta: f64| {
+            let x_m = 1.5 + 0.5 * scatter(y_m, theta);
+            let z_m = height_m + x_m * theta.tan();
+            if (0.5..3.0).contains(&z_m) && scatter(theta, y_m) < 0.4 { x_m / theta.cos() } else { NO_ECHO }
+        };
+        let found = estimate(&rig, &drive(&rig, grid, 50, 151, crown));
+        assert_eq!(found.leaf.areas.best_m2().err(), expected, "{height_m}: {:?}", found.warnings);
+    }
+}
+
 /// Three in four beams pass it.
 #[test]
 fn a_net_is_no_foliage() {
