@@ -95,14 +95,14 @@ impl<'a> Law<'a> {
             Some(Withheld::GroundLevel)
         } else if row.out_of_sight().is_some() {
             Some(Withheld::OutOfSight)
-        } else if row.silent_ground().is_some() {
-            Some(Withheld::GroundSilent)
         } else if row.sampled_so_far().too_dense() > NO_FOLIAGE {
             Some(Withheld::NoFoliage)
         } else if row.sampled_so_far().untold() > UNTOLD {
             Some(Withheld::TooFewBeams)
         } else if row.too_many_leaves().is_some() {
             Some(Withheld::TooManyLeaves)
+        } else if row.silent_ground().is_some() {
+            Some(Withheld::GroundSilent)
         } else {
             row.other_side_withheld()
         };
