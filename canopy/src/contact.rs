@@ -67,10 +67,11 @@ impl Sampled {
             let behind = layer.iter().skip(1).map(Some).chain([None]);
             for (voxel, behind) in layer.iter().zip(behind) {
                 sampled.hits_m += voxel.hits_m;
-                sampled.told_m += if density(voxel).is_some() { voxel.hits_m } else { 0.0 };
+                let found = density(voxel);
+                sampled.told_m += if found.is_some() { voxel.hits_m } else { 0.0 };
                 sampled.hits_x_m2 += voxel.hits_x_m2;
                 sampled.hits_x2_m3 += voxel.hits_x2_m3;
-                let is_dense = density(voxel).is_some_and(|found| found > too_dense);
+                let is_dense = found.is_some_and(|found| found > too_dense);
                 if is_dense || behind.is_some_and(|behind| is_sheet(voxel, behind)) {
                     sampled.too_dense_m += voxel.hits_m;
                 }

@@ -5,7 +5,7 @@
 //! stretches, for an alley driven back has the slope's other sign.
 
 use crate::geometry::Frame;
-use crate::level::LevelSurface;
+use crate::level::{LEAST_CANOPY, LevelSurface};
 
 /// Width of a column across the row, metres.
 const COLUMN_M: f64 = 0.25;
@@ -47,8 +47,6 @@ const ROUGH_M: f64 = 0.02;
 const OF_GROUND_M: f64 = 0.1;
 /// Share of the canopy's returns that may be ground.
 const GROUND_SHARE: f64 = 0.02;
-/// Returns of the canopy below which nothing is said.
-const LEAST_CANOPY: u64 = 1000;
 
 /// The slope as found differs from the rig's by more than this: it is told, degrees. Ranges of a TiM561 are off so that it sees half a degree less or more
 /// than there is.

@@ -17,8 +17,8 @@ const LEVEL_SHARE: f64 = 0.3;
 const GROUND_SHARE: f64 = 0.01;
 /// Share of the returns below the canopy's top.
 const TOP_SHARE: f64 = 0.98;
-/// Returns below which nothing is said.
-const LEAST: u64 = 1000;
+/// Returns of the canopy below which nothing is said of where the ground lies.
+pub(crate) const LEAST_CANOPY: u64 = 1000;
 
 /// The canopy's returns by height.
 #[derive(Clone, Debug)]
@@ -61,7 +61,7 @@ impl Levels {
         frame: &Frame,
     ) -> Option<LevelSurface> {
         let all = self.returns + ground_returns;
-        if self.returns < LEAST || ground_returns as f64 > GROUND_SHARE * all as f64 {
+        if self.returns < LEAST_CANOPY || ground_returns as f64 > GROUND_SHARE * all as f64 {
             return None;
         }
         let leads_down = |beam: &Beam| {
@@ -84,7 +84,7 @@ impl Levels {
             below += count;
             below as f64 >= TOP_SHARE * self.returns as f64
         })?;
-        (self.returns >= LEAST).then_some(LOWEST_M + (bin as f64 + 1.0) * BIN_M)
+        (self.returns >= LEAST_CANOPY).then_some(LOWEST_M + (bin as f64 + 1.0) * BIN_M)
     }
 
     /// Returns in neighbouring bins.

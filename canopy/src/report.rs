@@ -374,7 +374,7 @@ fn row(
             estimate.warnings.push(Warning::TooFewBeams { share, voxel_m });
         }
         Err(Withheld::TooManyLeaves) => {
-            let lai = pass.row.too_many_leaves().unwrap_or(f64::INFINITY);
+            let lai = pass.row.too_many_leaves(totals).unwrap_or(f64::INFINITY);
             estimate.warnings.push(Warning::TooManyLeaves { lai });
         }
         Err(Withheld::GroundSilent) => {

@@ -83,6 +83,7 @@ impl RangedAreas {
 impl<'a> Law<'a> {
     pub(crate) fn of(pass: &RowPass, calibration: Option<&'a Calibration>, class: Option<&RowClass>) -> Self {
         let (row, totals) = (&pass.row, pass.row.so_far());
+        let sampled = row.sampled_so_far();
         let withheld = if pass.rig.optics.is_none() {
             Some(Withheld::OpticsUnknown)
         } else if row.lacks_the_echo() {
@@ -95,11 +96,11 @@ impl<'a> Law<'a> {
             Some(Withheld::GroundLevel)
         } else if row.out_of_sight().is_some() {
             Some(Withheld::OutOfSight)
-        } else if row.sampled_so_far().too_dense() > NO_FOLIAGE {
+        } else if sampled.too_dense() > NO_FOLIAGE {
             Some(Withheld::NoFoliage)
-        } else if row.sampled_so_far().untold() > UNTOLD {
+        } else if sampled.untold() > UNTOLD {
             Some(Withheld::TooFewBeams)
-        } else if row.too_many_leaves().is_some() {
+        } else if row.too_many_leaves(&totals).is_some() {
             Some(Withheld::TooManyLeaves)
         } else if row.silent_ground().is_some() {
             Some(Withheld::GroundSilent)

@@ -1,8 +1,8 @@
 //! Whether the ground and the row lie where the rig has them, as far as the scans tell.
 
-use super::Row;
+use super::{Row, Totals};
 use crate::ground_line::OtherSlope;
-use crate::level::LevelSurface;
+use crate::level::{LEAST_CANOPY, LevelSurface};
 
 /// Ground that lies lower than the rig has it by more takes leaves with it, metres.
 const FAR_BELOW_M: f64 = 0.35;
@@ -14,8 +14,6 @@ const LOW_OUT_OF_SIGHT: f64 = 0.15;
 const TRUNK_M: f64 = 0.5;
 /// Leaf area index, raw, that no orchard has: dense ones have 6, and read up to twice as much.
 const MOST_LEAVES: f64 = 18.0;
-/// Returns of the canopy below which a ground that answers nothing says nothing.
-const LEAST_RETURNS: u64 = 1000;
 
 impl Row {
     /// The ground, where it lies among what counts as canopy: a level surface, and no ground where the rig puts it; or a part of what lies where the ground was
@@ -32,7 +30,7 @@ impl Row {
 
     /// Share of the beams that met something, of those that the rig leads to the ground before the row, where hardly one did.
     pub(crate) fn silent_ground(&self) -> Option<f64> {
-        let tells = self.totals.returns.canopy >= LEAST_RETURNS;
+        let tells = self.totals.returns.canopy >= LEAST_CANOPY;
         tells.then(|| self.answers.silent_ground(&self.table, &self.frame)).flatten()
     }
 
@@ -48,9 +46,8 @@ impl Row {
         room.or_else(low)
     }
 
-    /// Leaf area index of all that was met, where it is more than any orchard has.
-    pub(crate) fn too_many_leaves(&self) -> Option<f64> {
-        let totals = self.so_far();
+    /// Leaf area index of all that was met, by the row's sums so far, where it is more than any orchard has.
+    pub(crate) fn too_many_leaves(&self, totals: &Totals) -> Option<f64> {
         let index = totals.contact_m2 / (totals.canopy_m * self.row_spacing_m?);
         Some(index).filter(|index| *index > MOST_LEAVES)
     }

@@ -205,7 +205,7 @@ fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationC
 pub(super) fn voxel_m(rows: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
     let mut rows = rows.into_iter();
     let first = rows.next()?;
-    rows.all(|edge_m| edge_m == first).then_some(first)?
+    rows.all(|edge_m| edge_m == first).then_some(first).flatten()
 }
 
 /// How far apart lines lie on these rows, the mean, to a tenth of a millimetre; `None` where one does not tell.
