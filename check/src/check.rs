@@ -222,7 +222,7 @@ fn facts_of(scenario: &Scenario, run: &RunRecord) -> Vec<(String, String)> {
         facts.push(("fault_events_lost".to_owned(), run.fault_events_lost.to_string()));
     }
     facts.extend(run.warnings.iter().map(|what| (WARNING.to_owned(), what.clone())));
-    facts.extend(course::early(scenario, run).map(|early| (ENDED_EARLY.to_owned(), early)));
+    facts.extend(run.early(scenario).map(|early| (ENDED_EARLY.to_owned(), early)));
     facts.extend(run.jitter.map(|jitter| (JITTER.to_owned(), jitter.to_string())));
     let sprayed = run.sprayer.iter().flatten().map(SprayerRun::words);
     facts.extend(sprayed.map(|words| ("sprayer".to_owned(), words)));

@@ -7,7 +7,7 @@ use crate::fault::ScenarioFault;
 use crate::judge::Runs;
 use crate::judged::Judged;
 use crate::runner::RunRecord;
-use crate::scenario::{End, Expect, OnExit, RunSpec, Scenario};
+use crate::scenario::{Expect, OnExit, RunSpec, Scenario};
 use crate::what::Kind;
 
 /// What was to happen and did not, in words, and what is told of it.
@@ -48,7 +48,7 @@ fn never_began<'a>(
     let before = fault.at().map_or(String::new(), |at| format!(", before {}", moment(&at)));
     let message = format!(
         "fault `{id}` never began: the run ended at {}{before}; move `end` or `at`, or expect `fault_acts` of `{id}` to equal 0",
-        place(run)
+        run.place()
     );
     Some(Shortfall { name: format!("fault {id} begins"), judged: Judged::error(message) })
 }
@@ -74,7 +74,7 @@ fn ends_unheard(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
         .find(|(_, silence)| !silence.is_zero())?;
     let message = format!(
         "the run ended at {} without a taker: nobody had taken scans of `{id}` for {:.3} s; expect its `unheard_s` if that is right",
-        place(run),
+        run.place(),
         silence.as_secs_f64()
     );
     Some(Shortfall { name: "somebody listens at the end".to_owned(), judged: Judged::error(message) })
@@ -88,34 +88,9 @@ fn left_early(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
     }
     let message = format!(
         "{}; move `end`, or expect the `exit_code` of `{child}`",
-        early(scenario, run).unwrap_or_default()
+        run.early(scenario).unwrap_or_default()
     );
     Some(Shortfall { name: "the end is reached".to_owned(), judged: Judged::error(message) })
-}
-
-/// How a run ended before its end, if it did.
-pub(crate) fn early(scenario: &Scenario, run: &RunRecord) -> Option<String> {
-    let child = run.left.as_deref()?;
-    let code = run.children.get(child).and_then(|child| child.exit_code);
-    let code = code.map_or("an unknown code".to_owned(), |code| format!("code {code}"));
-    Some(format!(
-        "the run ended at {}, before its end, {}: `{child}` had left with {code}",
-        place(run),
-        end(scenario.end)
-    ))
-}
-
-fn place(run: &RunRecord) -> String {
-    let row_m = run.journal.as_ref().map(|journal| format!(", row {:.2} m", journal.row_m(run.ended)));
-    format!("{:.3} s{}", run.ended.as_secs_f64(), row_m.unwrap_or_default())
-}
-
-fn end(end: End) -> String {
-    match end {
-        End::RowM(row_m) => format!("row {row_m} m"),
-        End::Seconds(seconds) => format!("{seconds} s of driving"),
-        End::Scans(scans) => format!("{scans} scans"),
-    }
 }
 
 /// What a fault waits for.

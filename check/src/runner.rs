@@ -100,6 +100,21 @@ pub(crate) struct RunRecord {
 }
 
 impl RunRecord {
+    /// How it ended before its end, in words, if it did.
+    pub(crate) fn early(&self, scenario: &Scenario) -> Option<String> {
+        let child = self.left.as_deref()?;
+        let code = self.children.get(child).and_then(|child| child.exit_code);
+        let code = code.map_or("an unknown code".to_owned(), |code| format!("code {code}"));
+        let (place, end) = (self.place(), scenario.end);
+        Some(format!("the run ended at {place}, before its end, {end}: `{child}` had left with {code}"))
+    }
+
+    /// When and where it ended.
+    pub(crate) fn place(&self) -> String {
+        let row_m = self.journal.as_ref().map(|journal| format!(", row {:.2} m", journal.row_m(self.ended)));
+        format!("{:.3} s{}", self.ended.as_secs_f64(), row_m.unwrap_or_default())
+    }
+
     /// Refuses to compare a file that tells nothing of the drive: it is empty, or as it was before.
     pub(crate) fn check_written(&self, file: &str, content: &[u8]) -> Result<(), String> {
         if content.is_empty() {
@@ -229,11 +244,17 @@ async fn drive(
     let seen = |device: &DeviceSpec| (device.id.clone(), truth::Trees::of(&stage, device.scanner));
     record.truths = scenario.devices.iter().map(seen).collect();
     write_frames(folder, &record.frames)?;
-    if let (Some(Ok(sprayer)), true) = (&record.sprayer, beside.is_kept) {
+    let ended = ended.map(|left| record.left = left);
+    let cut_off = match &ended {
+        Ok(()) => record.early(scenario),
+        Err(failure) => Some(failure.to_string()),
+    };
+    if let (Some(Ok(sprayer)), true) = (&mut record.sprayer, beside.is_kept) {
+        sprayer.cut_off = cut_off;
         sprayer.keep(folder, scenario.folder(), &stage.scene)?;
     }
     recorded?;
-    record.left = ended?;
+    ended?;
     if let Some(unfinished) = unfinished {
         return Err(unfinished.into());
     }

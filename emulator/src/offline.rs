@@ -5,7 +5,7 @@ use std::time::Duration;
 use rowscan_protocol::client::{ColaClient, ColaConfig};
 use rowscan_protocol::device::{Device, DialectPolicy, Session};
 use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::host::{HostEvent, HostSession, Transmit};
+use rowscan_protocol::host::{HostEvent, HostSession, Refusal, Transmit};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::telegram::LmdScandata;
 use rowscan_protocol::time::SimTime;
@@ -17,10 +17,37 @@ use crate::turns::Turns;
 
 /// The device did not take what a client asks of it at start-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the device does not take `{command}`")]
-pub struct SetUpError {
-    /// The request.
-    pub command: &'static str,
+#[non_exhaustive]
+pub enum SetUpError {
+    /// It cannot do what is asked for, or not now.
+    #[error(
+        "the scanner refuses `{command}`{}: the rig asks for more than its model can (`rowscan models` says what each can)",
+        error.map(|error| format!(" ({error})")).unwrap_or_default()
+    )]
+    Refused {
+        /// The request.
+        command: &'static str,
+        /// The device's reason; an LMS2xx gives none.
+        error: Option<Refusal>,
+    },
+    /// It stays silent.
+    #[error("the scanner does not answer `{command}`")]
+    NoAnswer {
+        /// The request.
+        command: &'static str,
+    },
+}
+
+impl SetUpError {
+    /// What of a client's events ends a start-up that nobody watches. A driver goes on beside a refusal that it can live with, and tells its user; here
+    /// nobody would hear it, and what is measured would not be what was asked for.
+    pub(crate) fn of(event: &HostEvent) -> Option<Self> {
+        match *event {
+            HostEvent::Refused { command, error, .. } => Some(Self::Refused { command, error }),
+            HostEvent::NoAnswer { command } => Some(Self::NoAnswer { command }),
+            _ => None,
+        }
+    }
 }
 
 /// A device driven past a scene in memory. Its scans equal, bit for bit, those a client of the emulator receives.
@@ -62,15 +89,12 @@ impl Offline {
             }
             match client.poll_event() {
                 Some(HostEvent::Ready(_)) => return Ok(()),
-                Some(HostEvent::Refused { command, fatal: true, .. } | HostEvent::NoAnswer { command }) => {
-                    return Err(SetUpError { command });
-                }
-                Some(_) => {}
+                Some(event) => SetUpError::of(&event).map_or(Ok(()), Err)?,
                 None if asked => {}
                 // A request without a reply: no more would ever come.
                 None => match client.poll_timeout() {
                     Some(due) => client.handle_timeout(due),
-                    None => return Err(SetUpError { command: "the start-up" }),
+                    None => return Err(SetUpError::NoAnswer { command: "the start-up" }),
                 },
             }
         }

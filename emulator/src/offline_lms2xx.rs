@@ -36,10 +36,7 @@ impl OfflineLms2xx {
             while offline.exchange() {}
             match offline.client.poll_event() {
                 Some(HostEvent::Ready(_)) => return Ok(offline),
-                Some(HostEvent::Refused { command, fatal: true, .. } | HostEvent::NoAnswer { command }) => {
-                    return Err(SetUpError { command });
-                }
-                Some(_) => {}
+                Some(event) => SetUpError::of(&event).map_or(Ok(()), Err)?,
                 None => offline.wait()?,
             }
         }
@@ -67,7 +64,7 @@ impl OfflineLms2xx {
     fn wait(&mut self) -> Result<(), SetUpError> {
         let client = self.client.poll_timeout().map(|due| SimTime::ZERO + due);
         let due = [client, self.device.poll_timeout()].into_iter().flatten().min();
-        self.now = self.now.max(due.ok_or(SetUpError { command: "the start-up" })?);
+        self.now = self.now.max(due.ok_or(SetUpError::NoAnswer { command: "the start-up" })?);
         self.client.handle_timeout(self.now.elapsed());
         Ok(())
     }

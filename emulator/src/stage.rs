@@ -141,6 +141,7 @@ impl Stage {
         let world =
             ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.true_rig, index, limits)?
                 .with_encoder(self.scene.encoder)
+                .on_slope(self.orchard.ground().rise)
                 .with_wind(self.scene.wind, self.scene.seed)
                 .with_eye(self.eye(index, model.into()));
         let unit = self.scene.optics.unit_of(self.scene.seed, index);
@@ -179,6 +180,7 @@ impl Stage {
         let limits = RangeLimits { min_range_m: model.min_range_m, max_range_m: model.max_range_m };
         let world =
             ScannerView::new(Arc::clone(&self.caster), tractor.clone(), &self.true_rig, index, limits)?
+                .on_slope(self.orchard.ground().rise)
                 .with_wind(self.scene.wind, self.scene.seed)
                 .with_eye(self.eye(index, model.into()));
         let mut device = lms2xx::device::Device::new(model, options);

@@ -26,6 +26,10 @@ pub struct ScannerView {
     encoder: Encoder,
     mount: Mount,
     row_spacing_m: f64,
+    /// A scanner of the rig looks left: all heights count from the foot of the row on that side, else of the one on the right.
+    looks_left: bool,
+    /// How much the ground rises a metre along X.
+    rise: f64,
     tree_spacing_m: f64,
     wind: (Wind, u64),
     limits: RangeLimits,
@@ -103,13 +107,13 @@ impl Line {
 }
 
 /// Trees that lean about their feet are seen as upright ones are by a scanner that is turned back about them by as much.
-fn before_trees(pose: Pose, row_m: f64, lean: Lean) -> Pose {
+fn before_trees(pose: Pose, [row_m, foot_m]: [f64; 2], lean: Lean) -> Pose {
     if lean == Lean::default() {
         return pose;
     }
     let Pose { x_m, y_m, z_m } = pose;
-    let from_row_m = x_m - row_m;
-    Pose { x_m: x_m - z_m * lean.across, y_m: y_m - z_m * lean.along, z_m: z_m + from_row_m * lean.across }
+    let (from_row_m, up_m) = (x_m - row_m, z_m - foot_m);
+    Pose { x_m: x_m - up_m * lean.across, y_m: y_m - up_m * lean.along, z_m: z_m + from_row_m * lean.across }
 }
 
 /// What a view without echoes shows.
@@ -169,6 +173,8 @@ impl ScannerView {
             encoder: Encoder::default(),
             mount,
             row_spacing_m: rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m),
+            looks_left: rig.scanners.iter().any(|mount| mount.row == RowSide::Left),
+            rise: 0.0,
             tree_spacing_m: rig.tree_spacing_m.unwrap_or(1.0),
             wind: (Wind::default(), 0),
             limits,
@@ -182,6 +188,13 @@ impl ScannerView {
     #[must_use]
     pub fn with_encoder(self, encoder: Encoder) -> Self {
         Self { encoder, ..self }
+    }
+
+    /// The same on ground that rises so much a metre along X. The tractor drives level; in each alley, its heights count from the foot of the row on its
+    /// left where a scanner looks left, else of the row on its right, as an estimate counts them ([`Rig::row_axis_m`]).
+    #[must_use]
+    pub fn on_slope(self, rise: f64) -> Self {
+        Self { rise, ..self }
     }
 
     /// The same in wind, in a scene with this seed.
@@ -265,7 +278,10 @@ impl ScannerView {
         let (to_row, pitch) = (if towards_x { 1.0 } else { -1.0 }, motion.pitch_rad.sin());
         let x_m = row_m + to_row * x_m + right * (motion.right_m + z_m * motion.roll_rad.sin());
         let y_m = motion.place.y_m + right * (self.mount.offset_y_m - z_m * pitch);
-        let z_m = z_m + motion.up_m + self.mount.offset_y_m * pitch;
+        // No row stands on a headland, and its ground is level.
+        let (stood_by, _) = alley.row_beside(!self.looks_left);
+        let foot_m = if headland { 0.0 } else { self.rise * f64::from(stood_by) * self.row_spacing_m };
+        let z_m = foot_m + z_m + motion.up_m + self.mount.offset_y_m * pitch;
         let (tilt_rad, axes) = self.attitude(motion.roll_rad, motion.pitch_rad, right, to_row);
         // What looks ahead looks to smaller Y on the way back.
         let bend_rad = match self.mount.layer_deg(mirror.layer_centideg) {
@@ -273,7 +289,8 @@ impl ScannerView {
             layer_deg => right * self.mount.roof_sense() * layer_deg.to_radians(),
         };
         let lean = self.lean(y_m, at);
-        let (pose, tilt_rad) = (before_trees(Pose { x_m, y_m, z_m }, row_m, lean), tilt_rad + lean.across);
+        let foot = [row_m, self.rise * row_m];
+        let (pose, tilt_rad) = (before_trees(Pose { x_m, y_m, z_m }, foot, lean), tilt_rad + lean.across);
         let along_y_m = if alley.backwards { -swept_m } else { swept_m };
         let advance_m = if beams > 0.0 { along_y_m / beams } else { 0.0 };
         let moment = self.moment(at);

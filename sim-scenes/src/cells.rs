@@ -133,7 +133,7 @@ impl Orchard {
         let (along, heights) = grid.bins(self.period_m())?;
         (row < self.rows()).then_some(())?;
         let mut cells = RowCells { row, along, heights, areas: BTreeMap::new(), reach: None };
-        for (number, tree) in (0..).zip(self.trees_of_row(row)) {
+        for (number, tree) in (0..).zip(self.trees_from_foot(row)) {
             cells.add(number, &tree);
         }
         cells.areas.retain(|_, areas| areas.settled().inspect(|settled| *areas = *settled).is_some());

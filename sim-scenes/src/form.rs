@@ -37,7 +37,7 @@ pub struct CanopyForm {
 impl CanopyForm {
     /// The shape of one row; None where it bears no leaf.
     pub fn of_row(orchard: &Orchard, row: usize) -> Option<Self> {
-        let trees: Vec<Tree> = orchard.trees_of_row(row).map(|tree| tree.into_owned()).collect();
+        let trees: Vec<Tree> = orchard.trees_from_foot(row).map(|tree| tree.into_owned()).collect();
         let clothed: Vec<&Tree> = trees.iter().filter(|tree| !tree.leaves.is_empty()).collect();
         let mean = |of: &dyn Fn(&Tree) -> f64| {
             clothed.iter().map(|tree| of(tree)).sum::<f64>() / clothed.len().max(1) as f64

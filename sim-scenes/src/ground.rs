@@ -95,6 +95,8 @@ pub struct Ground {
     pub facets: Vec<Facet>,
     /// Height of the level plane below them, metres; where nothing is built, it is the ground.
     pub plane_m: f64,
+    /// How much the soil rises a metre along X, waves apart: the tangent of its slope.
+    pub rise: f64,
 }
 
 impl Ground {
@@ -183,7 +185,7 @@ pub(crate) fn build(parameters: &GroundParameters, layout: &Layout, seed: u64) -
         let mut stream = Purpose::Ground.stream(seed, 1 + row, 0);
         facets.extend(grass(parameters, layout, row, &relief, &mut stream));
     }
-    Ground { facets, plane_m }
+    Ground { facets, plane_m, rise: relief.slope }
 }
 
 fn soil(parameters: &GroundParameters, layout: &Layout, relief: &Relief) -> Vec<Facet> {

@@ -65,7 +65,8 @@ impl Orchard {
         let (along, heights) = grid.bins(self.period_m())?;
         let first = row * self.trees_per_row();
         let axis_m = self.row_spacing_m().map_or(0.0, |spacing_m| row as f64 * spacing_m);
-        let look = Look { caster, mirror_m: [axis_m + track.aside_m, track.height_m] };
+        let foot_m = i32::try_from(row).map_or(0.0, |row| self.foot_m(row));
+        let look = Look { caster, mirror_m: [axis_m + track.aside_m, foot_m + track.height_m], foot_m };
         let trees: Vec<Cow<'_, Tree>> = self.trees_of_row(row).collect();
         let asked: Vec<BTreeMap<(i64, i64), Asked>> = trees
             .par_iter()
@@ -114,6 +115,8 @@ const FRUIT: usize = 2;
 struct Look<'a> {
     caster: &'a Caster,
     mirror_m: [f64; 2],
+    /// Z of the row's foot, from which cells count their heights.
+    foot_m: f64,
 }
 
 impl Look<'_> {
@@ -124,7 +127,9 @@ impl Look<'_> {
         let number = u32::try_from(number).unwrap_or(Return::NO_LABEL);
         let mut ask = |patch: &Patch, kind: usize, organ: usize| {
             let [_, y_m, z_m] = patch.foot;
-            let cell = cells.entry((along.in_period(along.bin_of(y_m)), heights.bin_of(z_m))).or_default();
+            let cell = cells
+                .entry((along.in_period(along.bin_of(y_m)), heights.bin_of(z_m - self.foot_m)))
+                .or_default();
             cell.all[kind] += patch.area_m2;
             let organ = u32::try_from(organ).unwrap_or(Return::NO_LABEL);
             if self.reaches(patch, kind == LEAF, (number, organ), &mut scratch) {

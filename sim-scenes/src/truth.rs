@@ -72,7 +72,7 @@ impl Orchard {
 
     /// The exact areas of one row (an empty row where there is no such row).
     pub fn truth_of_row(&self, row: usize, grid: TruthGrid) -> Truth {
-        let trees: Vec<Cow<'_, Tree>> = self.trees_of_row(row).collect();
+        let trees: Vec<Cow<'_, Tree>> = self.trees_from_foot(row).collect();
         Truth::of_row(self, &trees, row, grid)
     }
 }
@@ -98,7 +98,7 @@ pub struct TreeTruth {
     pub wood_area_m2: f64,
     /// Leaf area over the ground it owns; None where a spacing is unknown.
     pub lai: Option<f64>,
-    /// Highest point of leaf or wood, metres; 0 for a gap.
+    /// Highest point of leaf or wood above the row's foot, metres; 0 for a gap.
     pub height_m: f64,
 }
 
@@ -115,7 +115,7 @@ pub struct RowSlab {
     pub wood_area_m2: f64,
 }
 
-/// What lies between two heights.
+/// What lies between two heights above the row's foot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct HeightBand {
     /// Lower height, metres.
@@ -241,7 +241,7 @@ fn slabs(trees: &[Cow<'_, Tree>], length_m: f64, slab_m: f64) -> Vec<RowSlab> {
     slabs
 }
 
-/// Bands of equal height about Z = 0, from the lowest organ's to the highest organ's.
+/// Bands of equal height about the row's foot, from the lowest organ's to the highest organ's.
 fn bands(trees: &[Cow<'_, Tree>], band_m: f64) -> Vec<HeightBand> {
     let Some(bins) = Bins::even(Axis::Z, band_m) else { return Vec::new() };
     let mut areas = BTreeMap::new();

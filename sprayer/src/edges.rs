@@ -103,15 +103,15 @@ pub struct EdgeSummary {
     pub spurious: usize,
     /// Median of how much too late, s; negative too soon.
     pub p50_s: Option<f64>,
-    /// 95th percentile of how much too late or too soon, without its sign, s.
+    /// 95th percentile of how much too late or too soon, without its sign, s: a missed edge is later than any number, and is none.
     pub p95_s: Option<f64>,
-    /// The most, without its sign, s.
+    /// The most, without its sign, s; none where an edge was missed.
     pub worst_s: Option<f64>,
     /// Median of how far too late, metres; negative too soon.
     pub p50_m: Option<f64>,
-    /// 95th percentile of how far too late or too soon, without its sign, metres.
+    /// 95th percentile of how far too late or too soon, without its sign, metres: a missed edge is farther than any number, and is none.
     pub p95_m: Option<f64>,
-    /// The most, without its sign, metres.
+    /// The most, without its sign, metres; none where an edge was missed.
     pub worst_m: Option<f64>,
     /// The edges that came too soon: by how much, above 0.
     pub lead: Off,
@@ -215,19 +215,24 @@ impl Edges {
     pub fn summary(&self, which: impl Fn(&EdgePair) -> bool) -> EdgeSummary {
         let chosen = || self.0.iter().filter(|pair| which(pair));
         let (late_s, late_m): (Vec<f64>, Vec<f64>) = chosen().filter_map(EdgePair::late).unzip();
-        let away = |late: &[f64]| late.iter().map(|late| late.abs()).collect::<Vec<_>>();
+        let missed = chosen().filter(|pair| pair.is_missed()).count();
+        let away = |late: &[f64], share: f64| {
+            let missed = std::iter::repeat_n(f64::INFINITY, missed);
+            let all = late.iter().map(|late| late.abs()).chain(missed);
+            quantile(all.collect(), share).filter(|off| off.is_finite())
+        };
         EdgeSummary {
             wanted: chosen().filter(|pair| pair.wanted_s.is_some()).count(),
-            missed: chosen().filter(|pair| pair.is_missed()).count(),
+            missed,
             unmeetable: chosen().filter(|pair| pair.undecided == Some(Undecided::Unmeetable)).count(),
             cut_off: chosen().filter(|pair| pair.undecided == Some(Undecided::CutOff)).count(),
             spurious: chosen().filter(|pair| pair.is_spurious()).count(),
             p50_s: quantile(late_s.clone(), 0.5),
-            p95_s: quantile(away(&late_s), 0.95),
-            worst_s: quantile(away(&late_s), 1.0),
+            p95_s: away(&late_s, 0.95),
+            worst_s: away(&late_s, 1.0),
             p50_m: quantile(late_m.clone(), 0.5),
-            p95_m: quantile(away(&late_m), 0.95),
-            worst_m: quantile(away(&late_m), 1.0),
+            p95_m: away(&late_m, 0.95),
+            worst_m: away(&late_m, 1.0),
             lead: Off::of(chosen(), -1.0),
             lag: Off::of(chosen(), 1.0),
         }
@@ -352,12 +357,25 @@ mod tests {
         };
         let spurious = EdgePair { wanted_s: None, delivered_s: Some(3.0), ..pair(None) };
         let all = Edges(late.map(Some).chain([None]).map(pair).chain([spurious]).collect());
-        let EdgeSummary { lead, lag, wanted, missed, spurious: alone, worst_s, .. } = all.summary(|_| true);
+        let EdgeSummary { lead, lag, wanted, missed, spurious: alone, p95_s, worst_s, .. } =
+            all.summary(|_| true);
         assert_eq!((wanted, missed, alone, lead.edges, lag.edges), (22, 1, 1, 1, 19));
         let about = |found: Option<f64>, expected: f64| (found.expect("known") - expected).abs() < 1e-12;
         assert!(about(lead.p50_s, 0.1) && about(lead.worst_s, 0.1) && about(lead.p95_m, 0.2), "{lead:?}");
         assert!(about(lag.p50_s, 0.10) && about(lag.p95_s, 0.19) && about(lag.worst_m, 0.38), "{lag:?}");
-        assert!(about(worst_s, 0.19), "the worst of either");
+        assert_eq!(
+            (p95_s.map(|s| (s * 1e3).round()), worst_s),
+            (Some(190.0), None),
+            "the worst is the missed one"
+        );
+        let heard = Edges(all.0.iter().copied().filter(|pair| !pair.is_missed()).collect());
+        assert!(about(heard.summary(|_| true).worst_s, 0.19), "the worst of either");
+        let half = Edges(vec![pair(Some(0.1)), pair(None)]).summary(|_| true);
+        assert_eq!(
+            (half.p50_s, half.p95_s, half.p95_m),
+            (Some(0.1), None, None),
+            "a missed edge is the later one"
+        );
         // All the other way round: lead and lag change places.
         let turned = |pair: &EdgePair| EdgePair {
             late_s: pair.late_s.map(|s| -s),

@@ -51,7 +51,7 @@ impl BandLeaves {
     /// Those of row `row` between two heights; none where there is no such row.
     pub fn of(orchard: &Orchard, row: i32, height: Span) -> Self {
         let (mut blades, mut scratch, mut part) = (Vec::new(), Vec::new(), Vec::new());
-        for tree in usize::try_from(row).into_iter().flat_map(|row| orchard.trees_of_row(row)) {
+        for tree in usize::try_from(row).into_iter().flat_map(|row| orchard.trees_from_foot(row)) {
             for leaf in &tree.leaves {
                 cut(leaf, height, &mut scratch, &mut part);
                 blades.extend(blade(leaf, &part));

@@ -72,6 +72,9 @@ struct Report {
     hydraulics: Option<Balance>,
     /// Commands that open a part which the boom lacks.
     unheeded: Vec<Unheeded>,
+    /// Why the run ended before its end; absent where it did not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cut_off: Option<String>,
     not_modelled: Vec<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<Box<Self>>,
@@ -126,7 +129,8 @@ pub(super) fn run(args: &Args) -> Result<Outcome, Failure> {
         [Some((&own, &args.run)), beside.as_ref().zip(args.beside.as_ref())].into_iter().flatten()
     {
         // Of the first run it is the reason why there is no result.
-        if let Some(why) = run.unheard().filter(|_| !std::ptr::eq(run, &own)) {
+        let why = run.unheard().or_else(|| run.cut_off.clone());
+        if let Some(why) = why.filter(|_| !std::ptr::eq(run, &own)) {
             say(format_args!("{}: {why}", path.display()));
         }
     }
@@ -182,7 +186,7 @@ fn say_differences(all: &[String]) {
     }
 }
 
-/// Why a score is unknown, in words; none where all are known.
+/// Why a run has no result, in words; none where it has one.
 fn unknown(run: &SprayerRun) -> Option<String> {
     let Score { recall, waste, .. } = run.score;
     let of_scores = || match (recall, waste) {
@@ -193,7 +197,8 @@ fn unknown(run: &SprayerRun) -> Option<String> {
         (_, None) => Some("waste is unknown: nothing was sprayed"),
         _ => None,
     };
-    run.unheard().or_else(|| of_scores().map(str::to_owned))
+    let cut_off = || run.cut_off.as_ref().map(|why| format!("{why}; scores are of what was driven"));
+    run.unheard().or_else(cut_off).or_else(|| of_scores().map(str::to_owned))
 }
 
 fn drawn(run: &SprayerRun, Titled(title): &Titled) -> String {
@@ -206,7 +211,9 @@ fn drawn(run: &SprayerRun, Titled(title): &Titled) -> String {
 impl Report {
     fn of(run: &SprayerRun) -> Self {
         let mut edges = Vec::new();
-        for edge in Edge::ALL {
+        // Valves that nobody has told anything say nothing of edges and rules.
+        let is_heard = run.unheard().is_none();
+        for edge in Edge::ALL.into_iter().filter(|_| is_heard) {
             let row = |section: Option<String>, from_m_s, which: &dyn Fn(&EdgePair) -> bool| EdgeRow {
                 edge: edge.name(),
                 section,
@@ -234,6 +241,7 @@ impl Report {
             forbidden: run
                 .breaches(0.0)
                 .into_iter()
+                .filter(|_| is_heard)
                 // Switches that nobody has thrown say nothing.
                 .filter(|breach| {
                     !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty)
@@ -249,8 +257,9 @@ impl Report {
                 .chain([PRESSURE[usize::from(run.node.is_some())]])
                 .collect(),
             // Of valves that were told nothing it would say nothing of a controller.
-            interception: run.unheard().is_none().then(|| run.interception().clone()),
+            interception: is_heard.then(|| run.interception().clone()),
             unheeded: run.log.unheeded(run.pass.boom()),
+            cut_off: run.cut_off.clone(),
             beside: None,
             differences: None,
         }
@@ -258,8 +267,18 @@ impl Report {
 
     /// A number of this run. Where it is none, a table says in words why, if there is a word for it.
     fn shown(&self, what: &str, all: &[(String, Option<f64>)], format: Format) -> Option<Shown> {
-        let number = all.iter().find(|(name, _)| name == what).and_then(|(_, value)| *value);
-        let words = || self.rate.as_ref().filter(|_| what == SETTLING_S).map(|rate| rate.settling.words());
+        let find = |what: &str| all.iter().find(|(name, _)| name == what).and_then(|(_, value)| *value);
+        let number = find(what);
+        // Those of one side only are of edges that came.
+        let is_missed = |edge: &Edge| {
+            let of_edge = what.strip_prefix(edge.name()).unwrap_or_default();
+            let is_quantile = of_edge.starts_with("_p95_") || of_edge.starts_with("_worst_");
+            is_quantile && find(&format!("{}_missed", edge.name())) > Some(0.0)
+        };
+        let words = || match Edge::ALL.iter().any(is_missed) {
+            true => Some("missed"),
+            false => self.rate.as_ref().filter(|_| what == SETTLING_S).map(|rate| rate.settling.words()),
+        };
         let words = || words().filter(|_| matches!(format, Format::Table)).map(Shown::Words);
         number.map(Shown::Number).or_else(words)
     }
@@ -343,7 +362,8 @@ impl Report {
         let unheeded: usize = self.unheeded.iter().map(|unheeded| unheeded.commands).sum();
         all.push(("unheeded_commands".to_owned(), Some(unheeded as f64)));
         let litres = self.forbidden.iter().map(|breach| breach.litres).sum();
-        all.push(("forbidden_litres".to_owned(), Some(litres)));
+        // As interception, unknown where nothing was heard.
+        all.push(("forbidden_litres".to_owned(), self.interception.as_ref().map(|_| litres)));
         if let Some(found) = &self.interception {
             all.extend(intercepted(&found.run));
             let constant = found.constant.off_target_share;

@@ -88,6 +88,7 @@ mod serial_lines;
 mod services;
 mod several_scanners;
 mod silent_scanner;
+mod slopes;
 mod socketcan;
 mod sprayer;
 mod sprayer_score;

@@ -76,6 +76,16 @@ fn what_a_score_does_not_know_and_what_it_was_not_told_is_said() {
         assert!(silent[key].is_null() && !told[key].is_null(), "{key}: {}", silent[key]);
     }
 
+    assert_eq!((&silent["edges"], &silent["forbidden"]), (&json!([]), &json!([])), "nor of edges and rules");
+
+    // It ended before its end: the scores are of what was driven, and no result.
+    let why = "the run ended at 5.000 s";
+    let cut = changed(folder.path(), "cut", &whole, |run| run["cut_off"] = json!(why));
+    let ended = score(&[text(&cut)]);
+    assert_eq!((ended.code, &json_of(&ended)["cut_off"]), (Some(1), &json!(why)));
+    assert_says(&ended.stderr, &["no result: the run ended at 5.000 s; scores are of what was driven"]);
+    assert!(told["cut_off"].is_null() && json_of(&ended)["recall"] == told["recall"]);
+
     // All was kept shut.
     let shut = changed(folder.path(), "shut", &whole, |run| {
         commands(run).iter_mut().for_each(|command| command["duty"] = json!(0.0));
@@ -235,4 +245,29 @@ fn the_rows_own_trees_are_told_apart_from_its_repetitions() {
     assert!((found_m2 - own_m2).abs() < 0.05 * own_m2, "{found_m2} {own_m2}");
     let trees = ended["interception"]["on_leaves"]["by_tree"].as_array().expect("trees");
     assert!(!trees.is_empty() && trees.iter().all(|tree| tree["repeated"] != json!(true)), "{trees:?}");
+}
+
+/// Who leaves in the middle of the row leaves a run that is cut off, and the file says so.
+#[test]
+fn a_run_whose_controller_left_early_has_no_result() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let tools = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/scenarios");
+    let of_sprayer = |name: &str| tools.join("sprayer").join(name);
+    let scenario = folder.path().join("left.toml");
+    let text_of = format!(
+        "use = {:?}\nscene = {:?}\nsprayer = {{ boom = {:?}, bus = \"can0\" }}\nexpect = [{{ what = \"exit_code\" }}]\n\
+         run = [{{ id = \"sut\", command = [\"python3\", {:?}, \"{{left.tcp}}\", \"--quit-after\", \"60\"], ready = {{ line = \"connected\" }} }}]\n",
+        of_sprayer("base.toml"),
+        of_sprayer("wall.toml"),
+        of_sprayer("boom.toml"),
+        tools.join("controller.py"),
+    );
+    std::fs::write(&scenario, text_of).expect("written");
+    let kept = folder.path().join("kept");
+    let ended = run(&["check", text(&scenario), "--keep", text(&kept)]);
+    assert_eq!(ended.code, Some(1), "{}{}", ended.stdout, ended.stderr);
+    let told = score(&[text(&kept)]);
+    assert_eq!(told.code, Some(1), "{}", told.stderr);
+    let cut_off = json_of(&told)["cut_off"].as_str().unwrap_or_default().to_owned();
+    assert!(cut_off.contains("before its end, row 12 m: `sut` had left"), "{cut_off}");
 }

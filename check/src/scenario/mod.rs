@@ -8,6 +8,7 @@ mod settle;
 mod valve_state;
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -90,6 +91,16 @@ pub enum End {
     Seconds(f64),
     /// So many scans.
     Scans(u64),
+}
+
+impl fmt::Display for End {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RowM(row_m) => write!(f, "row {row_m} m"),
+            Self::Seconds(seconds) => write!(f, "{seconds} s of driving"),
+            Self::Scans(scans) => write!(f, "{scans} scans"),
+        }
+    }
 }
 
 /// A scanner.

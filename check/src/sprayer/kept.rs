@@ -33,6 +33,9 @@ struct File {
     /// What went wrong with it.
     #[serde(default, skip_serializing_if = "Troubles::is_empty")]
     troubles: Troubles,
+    /// Why the run ended before its end; absent where it did not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    cut_off: Option<String>,
 }
 
 /// A command.
@@ -92,6 +95,7 @@ impl SprayerRun {
             commands: self.log.all().iter().map(said).collect(),
             reports: self.reports.clone(),
             troubles: self.pass.troubles().clone(),
+            cut_off: self.cut_off.clone(),
         };
         let text = serde_json::to_string(&file).map_err(std::io::Error::other)?;
         OutputFile::create(&folder.join(NAME))?.write_whole(text.as_bytes())
@@ -107,7 +111,8 @@ impl SprayerRun {
             .map_err(|cause| KeptError::Read { path: path.clone(), cause })?;
         let content = |why: String| KeptError::Content { path: path.clone(), why };
         let file: File = serde_json::from_slice(&bytes).map_err(|error| content(error.to_string()))?;
-        let File { version, scene_folder, mut scene, boom, drive, commands, reports, troubles } = file;
+        let File { version, scene_folder, mut scene, boom, drive, commands, reports, troubles, cut_off } =
+            file;
         if version != VERSION {
             return Err(content(format!("found version {version}")));
         }
@@ -130,7 +135,7 @@ impl SprayerRun {
             .collect();
         let pass = Pass::new(boom, &orchard, drive, scene.seed).with_troubles(troubles);
         let mut run = Self::judged(pass, log, orchard.into());
-        (run.reports, run.scene) = (reports, Some(scene));
+        (run.reports, run.scene, run.cut_off) = (reports, Some(scene), cut_off);
         Ok(run)
     }
 }

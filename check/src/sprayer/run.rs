@@ -45,6 +45,8 @@ pub struct SprayerRun {
     pub rate: Option<Rate>,
     /// When the controller told how many litres it believes it has sprayed, seconds, and how many.
     pub reports: Vec<(f64, f64)>,
+    /// Why it ended before its end, in words; none where it did not.
+    pub cut_off: Option<String>,
     /// The scene, where it is a run that was kept.
     pub(super) scene: Option<Scene>,
     oracle_flows: Vec<Flow>,
@@ -131,6 +133,7 @@ impl SprayerRun {
             dry_s,
             rate,
             reports,
+            cut_off: None,
             scene: None,
             orchard,
             interception,

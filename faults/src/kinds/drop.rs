@@ -32,7 +32,7 @@ pub(super) const FAULT: Fault = Fault {
     directions: &[Direction::ToClient],
     on_wires: true,
     about: "Telegrams, or bytes out of one, are lost. Counters stay as the device wrote them.",
-    reports: "scans_lost; with `bytes` telegrams_bad",
+    reports: "scans_lost; with `bytes` telegrams_bad; in CoLa A, which has no checksum, possibly a wrong value",
     recovery: "next good telegram",
     make: Make::Bytes(|given| {
         let (telegrams, bytes) = (given.whole("telegrams")?, given.size("bytes")?);

@@ -277,8 +277,10 @@ fn set_scan_data(plan: &Plan, dialect: Dialect, out: &mut Vec<u8>) {
     set(dialect, &contents, out);
 }
 
+/// True of a device that may count in its scans. One with Compact output counts beside them: it would refuse the contents as a whole, and
+/// with the encoder the remission.
 fn wants_encoder(plan: &Plan) -> bool {
-    plan.config.encoder_ticks_per_m.is_some()
+    plan.config.encoder_ticks_per_m.is_some() && known_model(plan).is_none_or(|model| model.encoders > 0)
 }
 
 /// The filter's code for what is wanted; several echoes need all of them.

@@ -272,6 +272,26 @@ fn a_scanner_that_would_send_the_last_echo_is_asked_for_the_one_wanted() {
 }
 
 #[test]
+fn a_scanner_without_an_input_for_an_encoder_sends_all_else_that_was_asked_for() {
+    for model in MODELS {
+        let config = ColaConfig {
+            echoes: model.echoes,
+            remission: true,
+            encoder_ticks_per_m: Some(1000),
+            ..ColaConfig::default()
+        };
+        let mut pair = Pair::new(device(model), DialectPolicy::Auto, config, Dialect::B);
+        pair.settle();
+        assert!(matches!(pair.events[..], [HostEvent::Ready(_)]), "{}: {:?}", model.name, pair.events);
+        let beams = pair.device.mirror().beams.len();
+        assert!(pair.turn(&measured(beams, model.echoes.into(), 0)), "{}", model.name);
+        let scan = pair.client.scan();
+        assert!(scan.echoes.iter().all(|echo| echo.remission.len() == beams), "{}", model.name);
+        assert_eq!(scan.encoders.len(), usize::from(model.encoders.min(1)), "{}", model.name);
+    }
+}
+
+#[test]
 fn a_refused_option_is_reported_and_the_start_up_goes_on() {
     let config = ColaConfig { output_range: Some((-3_000_000, 0)), ..ColaConfig::default() };
     let mut pair = Pair::new(device(MODELS[1]), DialectPolicy::Auto, config, Dialect::B);

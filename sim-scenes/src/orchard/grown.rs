@@ -104,6 +104,21 @@ impl Orchard {
         self.places.iter().map(|place| self.tree_at(place))
     }
 
+    /// Height of a row's foot in the scene frame, metres: where the soil's slope is at the row's axis. Rows are numbered as alleys count them; there may
+    /// be no tree in this one.
+    pub fn foot_m(&self, row: i32) -> f64 {
+        // Without a spacing there is one row.
+        self.ground.rise * f64::from(row) * self.row_spacing_m.unwrap_or(0.0)
+    }
+
+    /// The trees of one row with heights from the row's foot, X and Y as in the scene: what tells a row's own heights looks at these.
+    pub fn trees_from_foot(&self, row: usize) -> impl ExactSizeIterator<Item = Cow<'_, Tree>> + Clone {
+        let foot_m = i32::try_from(row).map_or(0.0, |row| self.foot_m(row));
+        let down = Placement::at([0.0, 0.0, -foot_m]);
+        self.trees_of_row(row)
+            .map(move |tree| if foot_m == 0.0 { tree } else { Cow::Owned(tree.placed(&down)) })
+    }
+
     /// The trees of one row, as [`Self::trees`] gives them; none where there is no such row.
     pub fn trees_of_row(&self, row: usize) -> impl ExactSizeIterator<Item = Cow<'_, Tree>> + Clone {
         let from = row.saturating_mul(self.trees_per_row);

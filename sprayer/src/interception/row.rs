@@ -75,7 +75,7 @@ impl Row {
         let axis_m = f64::from(number) * orchard.row_spacing_m().unwrap_or(0.0);
         let (mut organs, mut leaves) = (Vec::new(), Vec::new());
         let row = usize::try_from(number).ok().filter(|row| *row < orchard.rows());
-        for (tree, standing) in (0..).zip(row.into_iter().flat_map(|row| orchard.trees_of_row(row))) {
+        for (tree, standing) in (0..).zip(row.into_iter().flat_map(|row| orchard.trees_from_foot(row))) {
             for leaf in &standing.leaves {
                 organs.push(Organ::polygon(leaf, Kind::Leaf(leaves.len() as u32)));
                 let at = DVec3::from_array(leaf.centroid());
@@ -86,14 +86,14 @@ impl Row {
                 let kind = match facet.surface {
                     Surface::Fruit => Kind::Fruit,
                     Surface::Bark | Surface::Post | Surface::Wire => Kind::Wood,
-                    // The ground is level here.
+                    // The ground is level here, as high as the row's foot.
                     Surface::Soil | Surface::Grass => return None,
                 };
                 Some(Organ::polygon(&facet.polygon, kind))
             }));
         }
         for (_, support) in row.into_iter().flat_map(|row| orchard.supports_of_row(row)) {
-            organs.push(Organ::cylinder(&support.shape));
+            organs.push(Organ::cylinder(&support.shape.translated([0.0, 0.0, -orchard.foot_m(number)])));
         }
         Self::made((orchard.period_m(), axis_m), leaves, organs)
     }

@@ -111,7 +111,7 @@ impl Appraisal {
             let [across, along, up] = patch.normal;
             Patch { at: before(patch.at), normal: [seen.sense() * across, along, up], ..patch }
         };
-        for tree in orchard.trees_of_row(seen.row) {
+        for tree in orchard.trees_from_foot(seen.row) {
             let of_canopy =
                 tree.facets.iter().filter(|facet| matches!(facet.surface, Surface::Bark | Surface::Fruit));
             for blade in tree.leaves.iter().chain(of_canopy.map(|facet| &facet.polygon)) {
