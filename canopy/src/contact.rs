@@ -38,6 +38,8 @@ pub(crate) struct Sampled {
     filled_m2: f64,
     visited: u64,
     unvisited: u64,
+    /// Voxels that were hit.
+    hit: u64,
     /// Beams that ended in a voxel.
     pub(crate) hits: u64,
     /// Σ line weight over hits, and over those in voxels denser than foliage; metres.
@@ -67,6 +69,7 @@ impl Sampled {
             let behind = layer.iter().skip(1).map(Some).chain([None]);
             for (voxel, behind) in layer.iter().zip(behind) {
                 sampled.hits_m += voxel.hits_m;
+                sampled.hit += u64::from(voxel.hits_m > 0.0);
                 let found = density(voxel);
                 sampled.told_m += if found.is_some() { voxel.hits_m } else { 0.0 };
                 sampled.hits_x_m2 += voxel.hits_x_m2;
@@ -85,6 +88,7 @@ impl Sampled {
         self.filled_m2 += slice.filled_m2;
         self.visited += slice.visited;
         self.unvisited += slice.unvisited;
+        self.hit += slice.hit;
         self.hits += slice.hits;
         self.hits_m += slice.hits_m;
         self.too_dense_m += slice.too_dense_m;
@@ -106,6 +110,11 @@ impl Sampled {
     /// Share of the hits whose voxel too few beams passed to tell a density; 0 without a hit.
     pub(crate) fn untold(&self) -> f64 {
         if self.hits_m > 0.0 { 1.0 - self.told_m / self.hits_m } else { 0.0 }
+    }
+
+    /// How many voxels nobody could look into, of these and of those that were hit: how much of the canopy hangs on what stands in for them.
+    pub(crate) fn hidden(&self) -> f64 {
+        self.unvisited as f64 / (self.unvisited + self.hit).max(1) as f64
     }
 
     /// For an estimate: of slices this long, with lines so far apart.

@@ -33,7 +33,7 @@ pub enum PipelineError {
     },
     /// Remission of the model grows too little with power to be read.
     #[error(
-        "remission of this scanner model does not tell power: expected an LMS1xx or LMS5xx, or a rig.scanner without remission"
+        "remission of this scanner model does not tell power: expected an LMS, an MRS1000, a picoScan or a multiScan, or a rig.scanner without remission"
     )]
     RemissionTellsNoPower,
     /// A card without readings, or with too many.

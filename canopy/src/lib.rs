@@ -40,6 +40,7 @@
 //! Memory is bounded and a scan allocates nothing in steady state: per-beam tables are built once per beam grid, only the
 //! open slice's voxels are held, and finished trees and slices are a few numbers each, [`Parameters::max_cells`] at most.
 
+mod across;
 mod advance;
 mod answers;
 mod beam_line;

@@ -12,6 +12,8 @@ pub struct Placing {
     rig: Option<(Rig, Mount)>,
     /// X of the axis of its row, and 1 where it looks towards greater X at it, else −1.
     row: (f64, f64),
+    /// Z of the plane from which heights count.
+    stands_at_m: f64,
     clock: DeviceClock,
     /// By the encoder in the scans, where the rig knows one and they have it; else by the rig's speed.
     odometry: Odometry,
@@ -23,7 +25,8 @@ impl Placing {
         let mounted = rig.and_then(|rig| rig.scanners.get(index).cloned().map(|mount| (rig, mount)));
         let row =
             mounted.as_ref().map_or((0.0, 1.0), |(rig, mount)| (rig.row_axis_m(mount, alley), mount.side()));
-        Self { rig: mounted, row, clock: DeviceClock::default(), odometry: Odometry::default() }
+        let stands_at_m = mounted.as_ref().map_or(0.0, |(rig, _)| rig.stands_at_m(alley));
+        Self { rig: mounted, row, stands_at_m, clock: DeviceClock::default(), odometry: Odometry::default() }
     }
 
     /// Where the first echoes of a scan came from; time counts from the first scan that is asked about.
@@ -75,7 +78,7 @@ impl Placing {
         let met = [range_m * cos, mount.roof_sense() * up_m, range_m * sin];
         let [x, y, z] = mount.attitude().axes().turned(met);
         let (row_m, sense) = self.row;
-        [row_m + sense * (pose.x_m + x), pose.y_m + y, pose.z_m + z]
+        [row_m + sense * (pose.x_m + x), pose.y_m + y, self.stands_at_m + pose.z_m + z]
     }
 
     /// Where the scanner was when the mirror turned to a beam, metres, and the beam's unit direction: origin + range × direction is what

@@ -2,6 +2,7 @@
 
 mod warned;
 
+use crate::across::Faces;
 use crate::by_height::{self, ByHeight};
 use crate::calibration::{Calibration, ContactScale, Optics};
 use crate::class::{Compared, Holds, Look, RowClass, ScanGeometry, Standing};
@@ -376,6 +377,13 @@ fn row(
         Err(Withheld::TooManyLeaves) => {
             let lai = pass.row.too_many_leaves(totals).unwrap_or(f64::INFINITY);
             estimate.warnings.push(Warning::TooManyLeaves { lai });
+        }
+        Err(Withheld::RowElsewhere) => {
+            let elsewhere = pass.row.elsewhere(totals, &pass.row.sampled_so_far());
+            if let Some(Faces { near_m, far_m }) = elsewhere {
+                let distance_m = pass.mount.distance_m;
+                estimate.warnings.push(Warning::RowElsewhere { near_m, far_m, distance_m });
+            }
         }
         Err(Withheld::GroundSilent) => {
             let share = pass.row.silent_ground().unwrap_or(0.0);

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use rowscan_protocol::rig::{EchoChoice, Mount, Rig, RowSide};
 
+use crate::across::Across;
 use crate::advance::Weighted;
 use crate::answers::Answers;
 use crate::beam_line::BeamLine;
@@ -79,6 +80,8 @@ pub(crate) struct Row {
     strays: Strays,
     /// The canopy by height, if it is asked for.
     by_height: Option<Box<ByHeight>>,
+    /// Where it lies across the row.
+    across: Across,
     /// Slices that are kept for a pass from the row's other side.
     kept: Option<Kept>,
     /// What a pass from the other side saw.
@@ -159,6 +162,7 @@ impl Row {
             answers: Answers::default(),
             strays: Strays::default(),
             by_height: None,
+            across: Across::default(),
             kept: None,
             joining: None,
             trees: Cells::new(parameters.max_cells),
@@ -313,7 +317,9 @@ impl Row {
                     area_m += range_m * beam.area_factor;
                     returns += 1;
                     self.heights.add(z_m, weight_m);
-                    self.levels.add(self.frame.above_ground_m(x_m, z_m));
+                    let above_m = self.frame.above_ground_m(x_m, z_m);
+                    self.levels.add(above_m);
+                    self.across.add(x_m - self.frame.distance_m, above_m);
                     self.outline.add(x_m, z_m);
                     let of_trunk = self.trunk_zone.holds(x_m, z_m, self.frame.distance_m);
                     trunk += if of_trunk { weight_m } else { 0.0 };

@@ -350,6 +350,15 @@ pub enum Warning {
         /// Leaf area index of all that was met.
         lai: f64,
     },
+    /// The canopy does not stand about the rig's row axis: leaf areas are withheld.
+    RowElsewhere {
+        /// Where its near face lies, metres behind the axis; less than 0 before it.
+        near_m: f64,
+        /// The same of its far face.
+        far_m: f64,
+        /// How far the axis is from the mirror by the rig, metres.
+        distance_m: f64,
+    },
     /// Contact is measured in voxels of another edge than the calibration's.
     VoxelEdge {
         /// Of this row, metres.
@@ -475,6 +484,7 @@ impl Warning {
             Self::VoxelEdge { .. } => "voxel_edge",
             Self::TooFewBeams { .. } => "too_few_beams",
             Self::TooManyLeaves { .. } => "too_many_leaves",
+            Self::RowElsewhere { .. } => "row_elsewhere",
             Self::GroundSlope { .. } => "ground_slope",
             Self::GroundLevel { .. } => "ground_level",
             Self::BeforeRow { .. } => "before_row",

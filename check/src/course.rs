@@ -7,7 +7,7 @@ use crate::fault::ScenarioFault;
 use crate::judge::Runs;
 use crate::judged::Judged;
 use crate::runner::RunRecord;
-use crate::scenario::{Expect, OnExit, RunSpec, Scenario};
+use crate::scenario::{OnExit, RunSpec, Scenario};
 use crate::what::Kind;
 
 /// What was to happen and did not, in words, and what is told of it.
@@ -23,10 +23,41 @@ pub(crate) fn shortfalls(scenario: &Scenario, runs: &Runs) -> Vec<Shortfall> {
     if all().any(|run| run.error.is_some()) {
         return Vec::new();
     }
-    let faults = scenario.faults.iter().filter_map(|fault| never_began(scenario, fault, runs.all.iter()));
+    let faults = scenario.faults.iter().filter_map(|fault| {
+        never_began(scenario, fault, runs.all.iter())
+            .or_else(|| never_acted(scenario, fault, runs.all.iter()))
+    });
     let end = all().find_map(|run| left_early(scenario, run));
     let silence = all().find_map(|run| ends_unheard(scenario, run));
     faults.chain(end).chain(silence).collect()
+}
+
+/// Whether an expectation wants that this fault does nothing.
+fn wants_none(scenario: &Scenario, id: &str) -> bool {
+    scenario.expects.iter().any(|expect| {
+        expect.what.kind == Kind::FaultActs
+            && expect.on.as_deref() == Some(id)
+            && expect.bounds.hold(0.0)
+            && !expect.bounds.hold(1.0)
+    })
+}
+
+/// A fault that could act on nothing that it was tried on, as on a checksum in CoLa A.
+fn never_acted<'a>(
+    scenario: &Scenario,
+    fault: &ScenarioFault,
+    mut runs: impl Iterator<Item = &'a RunRecord>,
+) -> Option<Shortfall> {
+    let id = fault.id().filter(|id| !wants_none(scenario, id))?;
+    let (acted, skipped) = (format!("{id}.act"), format!("{id}.skipped"));
+    let why = runs.find_map(|run| {
+        let first = run.events.iter().find(|event| event.event == skipped)?;
+        run.events.iter().all(|event| event.event != acted).then_some(&first.detail)
+    })?;
+    let message = format!(
+        "fault `{id}` could act on nothing: {why}; take a fault that this stream has, or expect `fault_acts` of `{id}` to equal 0"
+    );
+    Some(Shortfall { name: format!("fault {id} acts"), judged: Judged::error(message) })
 }
 
 fn never_began<'a>(
@@ -35,13 +66,7 @@ fn never_began<'a>(
     mut runs: impl Iterator<Item = &'a RunRecord>,
 ) -> Option<Shortfall> {
     let id = fault.id()?;
-    let wants_none = |expect: &Expect| {
-        expect.what.kind == Kind::FaultActs
-            && expect.on.as_deref() == Some(id)
-            && expect.bounds.hold(0.0)
-            && !expect.bounds.hold(1.0)
-    };
-    if fault.is_by_chance() || scenario.expects.iter().any(wants_none) {
+    if fault.is_by_chance() || wants_none(scenario, id) {
         return None;
     }
     let run = runs.find(|run| !run.events.iter().any(|event| event.event == *id))?;

@@ -138,7 +138,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "scans_lost",
         keys: COUNT,
-        tells: "scan telegrams missing by their counters, over all connections to the device, to the end of the run: what the device made after the last delivered scan is missing, too",
+        tells: "scan telegrams missing by their counters, over all connections to the device, from the first that went out to a client to the end of the run: what the device made after the last delivered scan is missing, too",
         kind: Kind::Count(Count::ScansLost),
     },
     What {

@@ -53,6 +53,8 @@ pub(crate) struct Stream {
     segments_lost: Option<u64>,
     /// Scans that the device made after the last delivered one, once the run has reached its end.
     lost_at_end: u64,
+    /// Telegrams that went out before the first one that was delivered.
+    lost_before: u64,
     /// How long in the drive nobody took the device's scans, and how long it was so at the end; none where it does not tell.
     pub(crate) unheard: Option<Unheard>,
     /// What its conversations tell of its echo.
@@ -100,6 +102,7 @@ impl Stream {
             datagrams: None,
             segments_lost: None,
             lost_at_end: 0,
+            lost_before: 0,
             unheard: None,
             scan_times: Vec::new(),
             changes: Vec::new(),
@@ -122,7 +125,7 @@ impl Stream {
     pub(crate) fn counts(&self) -> Counts {
         Counts {
             scans: self.counting.scans,
-            scans_lost: self.counting.lost + self.lost_at_end,
+            scans_lost: self.counting.lost + self.lost_at_end + self.lost_before,
             scans_repeated: self.counting.repeated,
             segments_lost: self.segments_lost.unwrap_or_default(),
             telegrams_bad: self.bad,
@@ -166,7 +169,14 @@ impl Stream {
         }
         match self.taker {
             Some((BY_DATAGRAMS, _)) => self.last_turn = Some(scan.scan_counter),
-            _ => self.last_counter = Some(scan.telegram_counter),
+            _ => {
+                // What a client has asked for and never got, before all that it has.
+                if self.last_counter.is_none() {
+                    let first = self.device_counts().and_then(|counts| counts.first_taken);
+                    self.lost_before = behind(Some(scan.telegram_counter), first);
+                }
+                self.last_counter = Some(scan.telegram_counter);
+            }
         }
         self.scan_times.push(at);
         self.counting.observe(scan);

@@ -116,6 +116,16 @@ impl MirrorSource {
         let Some(telegram) = telegram else { return false };
         self.last_scan = Some(LastScan { at, telegram_counter: Some(telegram.counter()) });
         self.shared.counts.numbered.store(u32::from(telegram.counter()) + 1, Ordering::Relaxed);
+        if !self.audience.is_empty() {
+            let number = u32::from(telegram.counter()) + 1;
+            // Only the first one stays.
+            let _ = self.shared.counts.first_taken.compare_exchange(
+                0,
+                number,
+                Ordering::Relaxed,
+                Ordering::Relaxed,
+            );
+        }
         telegram.deliver(&self.shared, &self.audience, firing.delivery).await;
         let polled = heard && self.shared.answer_polls();
         let taken = polled || streamed || !self.audience.is_empty();

@@ -137,6 +137,8 @@ pub(crate) struct Counts {
     pub(crate) silence_ns: AtomicU64,
     /// One more than the number in the last scan telegram; 0 before the first.
     pub(crate) numbered: AtomicU32,
+    /// One more than the number in the first scan telegram that somebody took; 0 before it.
+    pub(crate) first_taken: AtomicU32,
     pub(crate) refused: Tally,
     pub(crate) silent: Tally,
     pub(crate) idle: Tally,
@@ -157,6 +159,8 @@ pub struct EmulatorCounts {
     pub scans_unheard: u64,
     /// The number in the last scan telegram that was measured, taken or not.
     pub last_counter: Option<u16>,
+    /// The number in the first scan telegram that went out to a taker.
+    pub first_taken: Option<u16>,
     /// How long in the drive it measured and nobody took scans.
     pub unheard: Duration,
     /// The same since somebody last took a scan.
@@ -171,6 +175,11 @@ pub struct EmulatorCounts {
     pub datagrams: Option<DatagramCounts>,
 }
 
+/// The number of a scan telegram, which is kept as one more; none before there was one.
+fn number_in(kept: &AtomicU32) -> Option<u16> {
+    kept.load(Ordering::Relaxed).checked_sub(1).map(|counter| counter as u16)
+}
+
 impl Counts {
     pub(crate) fn so_far(&self) -> EmulatorCounts {
         EmulatorCounts {
@@ -179,7 +188,8 @@ impl Counts {
             scans_kept_by_faults: None,
             scans_missed: self.missed.load(Ordering::Relaxed),
             scans_unheard: self.unheard.load(Ordering::Relaxed),
-            last_counter: self.numbered.load(Ordering::Relaxed).checked_sub(1).map(|counter| counter as u16),
+            last_counter: number_in(&self.numbered),
+            first_taken: number_in(&self.first_taken),
             unheard: Duration::from_nanos(self.unheard_ns.load(Ordering::Relaxed)),
             silence: Duration::from_nanos(self.silence_ns.load(Ordering::Relaxed)),
             connections_refused: self.refused.total(),

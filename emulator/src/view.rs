@@ -26,8 +26,6 @@ pub struct ScannerView {
     encoder: Encoder,
     mount: Mount,
     row_spacing_m: f64,
-    /// A scanner of the rig looks left: all heights count from the foot of the row on that side, else of the one on the right.
-    looks_left: bool,
     /// How much the ground rises a metre along X.
     rise: f64,
     tree_spacing_m: f64,
@@ -173,7 +171,6 @@ impl ScannerView {
             encoder: Encoder::default(),
             mount,
             row_spacing_m: rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m),
-            looks_left: rig.scanners.iter().any(|mount| mount.row == RowSide::Left),
             rise: 0.0,
             tree_spacing_m: rig.tree_spacing_m.unwrap_or(1.0),
             wind: (Wind::default(), 0),
@@ -191,7 +188,7 @@ impl ScannerView {
     }
 
     /// The same on ground that rises so much a metre along X. The tractor drives level; in each alley, its heights count from the foot of the row on its
-    /// left where a scanner looks left, else of the row on its right, as an estimate counts them ([`Rig::row_axis_m`]).
+    /// left where a scanner looks left, else of the row on its right, as an estimate counts them ([`Rig::stands_at_m`]).
     #[must_use]
     pub fn on_slope(self, rise: f64) -> Self {
         Self { rise, ..self }
@@ -279,8 +276,8 @@ impl ScannerView {
         let x_m = row_m + to_row * x_m + right * (motion.right_m + z_m * motion.roll_rad.sin());
         let y_m = motion.place.y_m + right * (self.mount.offset_y_m - z_m * pitch);
         // No row stands on a headland, and its ground is level.
-        let (stood_by, _) = alley.row_beside(!self.looks_left);
-        let foot_m = if headland { 0.0 } else { self.rise * f64::from(stood_by) * self.row_spacing_m };
+        let stands_by = f64::from(motion.place.stands_by.unwrap_or(0));
+        let foot_m = self.rise * stands_by * self.row_spacing_m;
         let z_m = foot_m + z_m + motion.up_m + self.mount.offset_y_m * pitch;
         let (tilt_rad, axes) = self.attitude(motion.roll_rad, motion.pitch_rad, right, to_row);
         // What looks ahead looks to smaller Y on the way back.

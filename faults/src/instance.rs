@@ -47,6 +47,8 @@ pub(crate) struct Instance {
     begun: u64,
     /// Telegrams and connections it has chosen to act on: what `count` limits.
     acts: u64,
+    /// Of these, tries on which it could not act.
+    skipped: u64,
     /// Telegrams it has acted on because of those.
     further: u64,
     window_acts: u64,
@@ -125,6 +127,7 @@ impl Instance {
             windows: 0,
             begun: 0,
             acts: 0,
+            skipped: 0,
             further: 0,
             window_acts: 0,
             trails: Vec::new(),
@@ -219,7 +222,7 @@ impl Instance {
     /// Telegrams or connections acted on so far; of a fault that acts on no single one, and of one that keeps connections from coming at all, how
     /// often it has begun.
     pub(crate) fn acted_on(&self) -> u64 {
-        match (self.spec.fault.layer, self.acts + self.further) {
+        match (self.spec.fault.layer, self.acts - self.skipped + self.further) {
             (Layer::Telegram, acts) | (Layer::Accept, acts @ 1..) => acts,
             _ => self.begun,
         }
@@ -243,9 +246,10 @@ impl Instance {
         Some(is_last && ends)
     }
 
-    /// Notes an act; true if it was the last of its window.
-    pub(crate) fn acted(&mut self) -> bool {
+    /// Notes a try, and whether it acted; true if it was the last of its window.
+    pub(crate) fn tried(&mut self, acted: bool) -> bool {
         self.acts += 1;
+        self.skipped += u64::from(!acted);
         self.window_acts += 1;
         if !self.counts_acts() {
             return false;

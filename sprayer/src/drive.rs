@@ -26,6 +26,9 @@ pub struct DrivePiece {
     pub along_m_s: [f64; 2],
     /// The alley it is in, and whether that is driven towards −Y; none on the headland.
     pub alley: Option<(i32, bool)>,
+    /// The row at whose foot the tractor stands, on a slope; none: of each nozzle the row that it sprays at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stands_by: Option<i32>,
 }
 
 impl DrivePiece {
@@ -66,6 +69,11 @@ impl DrivePiece {
         let (from, long_s) = (self.time.from, self.time.length());
         let roots = quadratic(a, b, c - v_m_s).into_iter().flatten();
         roots.filter(|u| *u > 0.0 && *u < 1.0).map(move |u| from + u * long_s)
+    }
+
+    /// How much higher the tractor stands than the foot of this row, metres, where each row stands so much higher than the one before.
+    pub(crate) fn above_m(&self, row: i32, rise_a_row_m: f64) -> f64 {
+        self.stands_by.map_or(0.0, |stands_by| rise_a_row_m * f64::from(stands_by - row))
     }
 
     /// The piece in parts, in each of which Y only grows or only falls.
@@ -153,8 +161,13 @@ impl Drive {
     ) {
         let time = Span::new(SimTime(t0).as_secs_f64(), SimTime(t1).as_secs_f64());
         let y_m = [first.y_m, last.y_m];
-        let piece =
-            DrivePiece { time, y_m, along_m_s: [first.along_m_s, last.along_m_s], alley: first.alley };
+        let piece = DrivePiece {
+            time,
+            y_m,
+            along_m_s: [first.along_m_s, last.along_m_s],
+            alley: first.alley,
+            stands_by: first.stands_by,
+        };
         let middle = t0 + (t1 - t0) / 2;
         let fits = |at: u64| {
             let (state, s) = (State::of(motion, at), SimTime(at).as_secs_f64());
@@ -273,6 +286,7 @@ struct State {
     y_m: f64,
     along_m_s: f64,
     alley: Option<(i32, bool)>,
+    stands_by: Option<i32>,
 }
 
 impl State {
@@ -280,7 +294,7 @@ impl State {
         let motion = motion(SimTime(at));
         let along_m_s = motion.speed_m_s * libm::cos(motion.place.heading_rad);
         let alley = motion.place.alley.map(|Alley { number, backwards }| (number, backwards));
-        Self { y_m: motion.place.y_m, along_m_s, alley }
+        Self { y_m: motion.place.y_m, along_m_s, alley, stands_by: motion.place.stands_by }
     }
 }
 

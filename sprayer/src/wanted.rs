@@ -15,9 +15,14 @@ use crate::zones;
 #[derive(Clone, Debug)]
 pub struct Passing {
     nozzles: Vec<Nozzle>,
-    /// By row and by band of height, as bits.
-    bands: BTreeMap<(i32, [u64; 2]), BandLeaves>,
+    /// By row and by band of height above its foot, as bits.
+    bands: BTreeMap<BandKey, BandLeaves>,
+    /// How much higher each row stands than the one before, metres.
+    rise_a_row_m: f64,
 }
+
+/// A row, and a band of height above its foot, as bits.
+type BandKey = (i32, [u64; 2]);
 
 /// The row that a nozzle sprays at in this piece of a drive; none on the headland.
 fn row_of(nozzle: &Nozzle, piece: &DrivePiece) -> Option<i32> {
@@ -25,30 +30,35 @@ fn row_of(nozzle: &Nozzle, piece: &DrivePiece) -> Option<i32> {
     Some(Alley { number, backwards }.row_beside(nozzle.side == Side::Right).0)
 }
 
-fn key(row: i32, height: Span) -> (i32, [u64; 2]) {
+/// The row before a nozzle, and its share of height above that row's foot.
+fn before(nozzle: &Nozzle, piece: &DrivePiece, rise_a_row_m: f64) -> Option<(i32, Span)> {
+    let row = row_of(nozzle, piece)?;
+    let above_m = piece.above_m(row, rise_a_row_m);
+    Some((row, Span::new(nozzle.height.from + above_m, nozzle.height.to + above_m)))
+}
+
+fn key(row: i32, height: Span) -> BandKey {
     (row, [height.from.to_bits(), height.to.to_bits()])
 }
 
 impl Passing {
     /// Looks up the rows beside the drive's alleys.
     pub fn of(boom: &Boom, orchard: &Orchard, drive: &Drive) -> Self {
-        let nozzles = boom.nozzles();
+        let (nozzles, rise_a_row_m) = (boom.nozzles(), orchard.foot_m(1));
         let mut bands = BTreeMap::new();
         for piece in drive.pieces() {
             for nozzle in &nozzles {
-                let Some(row) = row_of(nozzle, piece) else { continue };
-                bands
-                    .entry(key(row, nozzle.height))
-                    .or_insert_with(|| BandLeaves::of(orchard, row, nozzle.height));
+                let Some((row, height)) = before(nozzle, piece, rise_a_row_m) else { continue };
+                bands.entry(key(row, height)).or_insert_with(|| BandLeaves::of(orchard, row, height));
             }
         }
-        Self { nozzles, bands }
+        Self { nozzles, bands, rise_a_row_m }
     }
 
     /// When nozzle number `number` is wanted, seconds.
     pub fn wanted(&self, boom: &Boom, drive: &Drive, number: usize) -> Spans {
         let Some(nozzle) = self.nozzles.get(number) else { return Spans::default() };
-        let mut by_row: BTreeMap<i32, Spans> = BTreeMap::new();
+        let mut by_row: BTreeMap<BandKey, Spans> = BTreeMap::new();
         let mut times = Vec::new();
         for piece in drive.pieces() {
             let Some((row, band)) = self.band(nozzle, piece) else { continue };
@@ -85,9 +95,10 @@ impl Passing {
         area
     }
 
-    fn band(&self, nozzle: &Nozzle, piece: &DrivePiece) -> Option<(i32, &BandLeaves)> {
-        let row = row_of(nozzle, piece)?;
-        Some((row, self.bands.get(&key(row, nozzle.height))?))
+    fn band(&self, nozzle: &Nozzle, piece: &DrivePiece) -> Option<(BandKey, &BandLeaves)> {
+        let (row, height) = before(nozzle, piece, self.rise_a_row_m)?;
+        let key = key(row, height);
+        Some((key, self.bands.get(&key)?))
     }
 }
 

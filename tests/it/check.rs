@@ -45,6 +45,51 @@ fn a_steady_run_passes_and_a_controller_that_quits_fails() {
     );
 }
 
+/// A scenario of the folder's base with this fault and these expectations, in a folder of its own.
+fn of_base(fault: &str, expects: &str) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("it.toml");
+    let (base, row, controller) = (scenario("base.toml"), scenario("row.toml"), scenario("controller.py"));
+    let row = if row.exists() { text(&row).to_owned() } else { "spindle".to_owned() };
+    let written = format!(
+        "use = {base:?}\nscene = {row:?}\nfault = [{fault}]\nexpect = [{expects}]\n\
+         run = [{{ id = \"sut\", command = [\"python3\", {controller:?}, \"{{left.tcp}}\"], ready = {{ line = \"connected\" }} }}]\n"
+    );
+    std::fs::write(&path, written).expect("written");
+    (folder, path)
+}
+
+/// What was asked for and never came is lost, though it is the first that was asked for.
+#[test]
+fn scans_that_are_lost_before_the_first_delivered_one_count() {
+    if !has_python() {
+        return;
+    }
+    let (_folder, path) = of_base(
+        "{ id = \"gone\", name = \"drop\", telegrams = 30, on = \"left\", at = { scan = 1 } }",
+        "{ what = \"scans_lost\", equals = 30 }, { what = \"fault_acts\", of = \"gone\", equals = 30 }",
+    );
+    let ended = run(&["check", text(&path)]);
+    assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
+}
+
+/// CoLa A has no checksum that could be wrong.
+#[test]
+fn a_fault_that_could_act_on_nothing_has_not_acted_and_is_no_pass() {
+    if !has_python() {
+        return;
+    }
+    let fault = "{ id = \"sum\", name = \"checksum\", on = \"left\", at = { scan = 10 }, count = 3, every = { scans = 1 } }";
+    let (_folder, path) = of_base(fault, "{ what = \"telegrams_bad\", equals = 0 }");
+    let ended = run(&["check", text(&path)]);
+    assert_eq!(ended.code, Some(2), "{}{}", ended.stdout, ended.stderr);
+    assert_says(&ended.stdout, &["fault `sum` could act on nothing", "checksum"]);
+    let (_folder, path) = of_base(fault, "{ what = \"fault_acts\", of = \"sum\", equals = 0 }");
+    assert_eq!(run(&["check", text(&path)]).code, Some(0), "none was expected");
+    let (_folder, path) = of_base(fault, "{ what = \"fault_acts\", of = \"sum\", equals = 3 }");
+    assert_eq!(run(&["check", text(&path)]).code, Some(1), "it did nothing");
+}
+
 #[test]
 fn verdicts_that_could_not_be_written_are_refused_before_anything_runs() {
     let folder = tempfile::tempdir().expect("a folder");

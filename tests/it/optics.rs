@@ -71,7 +71,7 @@ fn a_rig_with_remission_that_tells_no_power_is_refused() {
         scene.rig.scanners[0].remission = Some(RemissionReading::Model);
         let model = AnyModel::by_name(name).expect("known");
         let refusal = Trial::run(scene, model, None).expect_err("no power").to_string();
-        assert!(refusal.contains("expected an LMS1xx or LMS5xx"), "{name}: {refusal}");
+        assert!(refusal.contains("expected an LMS, an MRS1000"), "{name}: {refusal}");
     }
 }
 

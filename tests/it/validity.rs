@@ -22,6 +22,9 @@ struct Said {
 const GOOD: Said =
     Said { status: "0 0", layer: "0", scale: 0x3F80_0000, start: 300_000, step: 20_000, range_mm: 1800 };
 
+/// Of the scanner above the ground: a rig's own.
+const HEIGHT_MM: f64 = 1600.0;
+
 /// 60 beams of 2° about the row, one telegram every 20 ms.
 fn telegram(counter: u16, said: Said) -> Vec<u8> {
     let Said { status, layer, scale, start, step, range_mm } = said;
@@ -31,10 +34,14 @@ fn telegram(counter: u16, said: Said) -> Vec<u8> {
          {start:08X} {step:X} 3C"
     );
     // Neighbours lie at other depths, and a third of the beams passes, as in foliage: what lies in one plane is a wall, and what nothing passes holds more
-    // leaves than any orchard. 0 is a beam without an echo.
-    for beam in 0..60 {
+    // leaves than any orchard. They stand about the row's axis on level ground. 0 is a beam without an echo.
+    for beam in 0..60_u16 {
+        let (up, across) = (f64::from(beam) * 2.0 - 60.0).to_radians().sin_cos();
         let passes = range_mm == 0 || beam % 3 == 2;
-        let told_mm = if passes { 0 } else { range_mm + beam % 4 * 40 };
+        let leaf_mm = if passes { f64::INFINITY } else { f64::from(range_mm + beam % 4 * 40) / across };
+        let ground_mm = if range_mm > 0 && up < 0.0 { HEIGHT_MM / -up } else { f64::INFINITY };
+        let met_mm = leaf_mm.min(ground_mm);
+        let told_mm = if met_mm < 20_000.0 { met_mm as u16 } else { 0 };
         write!(body, " {told_mm:X}").expect("a string takes it");
     }
     body.push_str(" 0 0 0 0 0 0");

@@ -305,7 +305,7 @@ mod tests {
 
     /// A tractor at (3, 5), looking 60 degrees right of the rows, at this speed.
     fn askew(speed_m_s: f64) -> Motion {
-        let place = Place { x_m: 3.0, y_m: 5.0, heading_rad: 60f64.to_radians(), alley: None };
+        let place = Place { x_m: 3.0, y_m: 5.0, heading_rad: 60f64.to_radians(), ..Place::default() };
         Motion { place, speed_m_s, ..Trajectory::straight(0.0, 0.0).at(0.0) }
     }
 

@@ -102,6 +102,8 @@ impl<'a> Law<'a> {
             Some(Withheld::TooFewBeams)
         } else if row.too_many_leaves(&totals).is_some() {
             Some(Withheld::TooManyLeaves)
+        } else if row.elsewhere(&totals, &sampled).is_some() {
+            Some(Withheld::RowElsewhere)
         } else if row.silent_ground().is_some() {
             Some(Withheld::GroundSilent)
         } else {

@@ -73,6 +73,7 @@ reasons! {
     VoxelEdge = 31, "voxel_edge", "the calibration was fitted in voxels of quite another edge";
     TooFewBeams = 32, "too_few_beams", "too few beams passed most of the voxels that were hit";
     TooManyLeaves = 33, "too_many_leaves", "more was met on the ground's area than any orchard has leaves";
+    RowElsewhere = 34, "row_elsewhere", "the canopy does not lie about the rig's row axis";
 }
 
 impl fmt::Display for Withheld {

@@ -338,6 +338,20 @@ impl fmt::Display for Warning {
                 "what was met comes to a leaf area index of {lai:.0}, more than any orchard has: leaf areas are withheld; compare the mount's `roll_deg`, `height_m`, `distance_m` and angles, and the rig's \
                  `row_spacing_m`, with the machine"
             ),
+            Self::RowElsewhere { near_m, far_m, distance_m } => {
+                let place = |behind_m: f64| {
+                    let side = if behind_m > 0.0 { "behind" } else { "before" };
+                    format!("{:.2} m {side}", behind_m.abs())
+                };
+                write!(
+                    f,
+                    "the canopy lies from {} to {} the axis on which the rig has the row, {distance_m} m from the scanner, and what is hidden is taken for its mirror image about that axis: leaf areas are withheld; \
+                     measure `distance_m` again (the middle of what was met is at {:.2} m, and the axis there or somewhat behind it), and compare the mount's `roof`, `row` and angles with the machine; a row that stands there may be so dense that its far half is not seen",
+                    place(*near_m),
+                    place(*far_m),
+                    distance_m + 0.5 * (near_m + far_m)
+                )
+            }
             Self::VoxelEdge { edge_m, calibrated_m, relative_sd } => {
                 write!(f, "the calibration was fitted in voxels of {calibrated_m} m, and this row is measured in voxels of {edge_m} m: ")?;
                 match relative_sd {

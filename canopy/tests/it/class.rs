@@ -15,7 +15,7 @@ fn wall() -> Vec<Scan> {
     drive(&rig(), lms111(), 50, 600, |y_m, theta| {
         let share = 0.3 + 0.2 * (y_m.floor() * 2.4).sin();
         let dice = scatter(y_m, theta);
-        let x_m = 1.5 + 0.15 * scatter(theta, y_m);
+        let x_m = 1.75 + 0.15 * scatter(theta, y_m);
         if dice < share && theta.abs() < 0.9 { x_m / theta.cos() } else { NO_ECHO }
     })
 }

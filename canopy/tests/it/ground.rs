@@ -1,7 +1,7 @@
 //! Ground that a wrong rig puts among the leaves is told, and ground on a slope that the rig tells is no leaf.
 
 use crate::common::{
-    drive, estimate, estimate_with, hedge, lms111, lms511, orchard_rig, relative, scatter, wall,
+    drive, estimate, estimate_with, hedge_at, lms111, lms511, orchard_rig, relative, scatter, wall,
 };
 use rowscan_canopy::{EdgeBy, Estimate, Heading, Parameters, Withheld};
 use rowscan_protocol::angle::BeamGrid;
@@ -231,9 +231,10 @@ fn a_slope_that_is_not_the_rigs_is_told_from_3_degrees_and_withheld_from_6() {
 /// A hedge that no beam passes, in voxels so large that it fills them by what it holds at its face, has no leaf area.
 #[test]
 fn more_leaves_than_any_orchard_has_are_withheld() {
-    for (edge_m, expected) in [(0.25, None), (0.3, Some(Withheld::TooManyLeaves))] {
+    // On the axis, and 0.4 m before it.
+    for (face_m, edge_m, expected) in [(1.75, 0.25, None), (1.5, 0.3, Some(Withheld::TooManyLeaves))] {
         let parameters = Parameters::default().with_voxel_edge(edge_m, EdgeBy::Given);
-        let found = estimate_with(&orchard_rig(), parameters, &hedge(225));
+        let found = estimate_with(&orchard_rig(), parameters, &hedge_at(face_m, 225));
         assert_eq!(found.leaf.areas.best_m2().err(), expected, "{edge_m}: {:?}", found.warnings);
         let words =
             found.warnings.iter().map(ToString::to_string).find(|text| text.starts_with("too_many_leaves"));

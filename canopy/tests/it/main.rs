@@ -14,6 +14,7 @@ mod ground;
 mod impacted_area;
 mod leaning;
 mod profile;
+mod row_axis;
 mod share;
 mod validity;
 mod window;

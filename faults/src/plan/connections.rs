@@ -131,7 +131,7 @@ impl Plan {
         let Some(instance) = self.instances.get_mut(number) else { return };
         let Some(cut) = instance.action.cut() else { return };
         let (stream, directions) = (instance.stream, instance.spec.directions.clone());
-        instance.acted();
+        instance.tried(true);
         let is_wire = self.streams.get(stream).is_some_and(|stream| stream.medium == Medium::Wire);
         let link = Link { stream, connection };
         if let Some(state) = self.connection_mut(link) {
@@ -161,7 +161,7 @@ impl Plan {
             if instance.active(stream, 0).is_none() || instance.draw().is_none() {
                 continue;
             }
-            let is_last = instance.acted();
+            let is_last = instance.tried(true);
             self.tell(number, What::Act, now, Detail::default());
             if is_last {
                 self.end(number, now, What::End);

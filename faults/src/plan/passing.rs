@@ -175,7 +175,7 @@ impl Plan {
             };
             let further = work.drop.unwrap_or(0);
             work.drop = work.drop.max(before);
-            let is_last = instance.acted();
+            let is_last = instance.tried(what == What::Act);
             if further > 0 {
                 instance.trails.push(Trail { connection: link.connection, left: further, ends: is_last });
             }
@@ -245,7 +245,7 @@ impl Plan {
                 match (&instance.action, dice) {
                     (Action::Piece(fault), Some(mut dice)) => {
                         fault.shape(piece, free, &mut dice, &mut shaped);
-                        instance.acted();
+                        instance.tried(true);
                     }
                     _ => shaped.push(piece),
                 }

@@ -33,12 +33,25 @@ impl Rig {
         self.row_spacing_m.map(|spacing_m| mount.side() * (spacing_m / 2.0 - mount.distance_m))
     }
 
+    /// Whether a scanner looks to the tractor's left: heights count from the foot of the row there, else from that of the row on its right.
+    pub fn looks_left(&self) -> bool {
+        self.scanners.iter().any(|mount| mount.row == super::RowSide::Left)
+    }
+
+    /// Z of the plane from which heights count, on ground of this rig's slope, metres: 0 beside the row at X = 0, and another where the tractor drives in
+    /// another `alley`.
+    pub fn stands_at_m(&self, alley: Option<i32>) -> f64 {
+        let Some(alley) = alley else { return 0.0 };
+        let row = f64::from(alley - i32::from(self.looks_left()));
+        let rise = libm::tan(self.ground_slope_deg.unwrap_or(0.0).to_radians());
+        rise * row * self.row_spacing_m.unwrap_or(0.0)
+    }
+
     /// X of the axis of the row that a mount looks at, metres, where the tractor drives ahead in alley `alley`: row `alley` is on its right, the one before
     /// on its left. Left out, that is 0, or 1 where a scanner of the rig looks left, as a scene's drive has it. Rows of a rig that does not say how far
     /// apart they are stand at X = 0.
     pub fn row_axis_m(&self, mount: &Mount, alley: Option<i32>) -> f64 {
-        let looks_left = self.scanners.iter().any(|mount| mount.row == super::RowSide::Left);
-        let alley = f64::from(alley.unwrap_or(i32::from(looks_left)));
+        let alley = f64::from(alley.unwrap_or(i32::from(self.looks_left())));
         let spacing_m = self.row_spacing_m.unwrap_or(0.0);
         match mount.row {
             super::RowSide::Right => alley * spacing_m,

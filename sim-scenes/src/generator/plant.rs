@@ -9,7 +9,7 @@ use super::error::GrowError;
 use super::foliage_shares::FoliageShares;
 use super::make::make;
 use super::planting::{Generator, Planting};
-use super::remark::Remark;
+use super::remark::{MOST_COPIES, Remark};
 use crate::growth::TreeParameters;
 use crate::growth::fruit;
 use crate::growth::prune::{self, Envelope};
@@ -95,7 +95,14 @@ pub(crate) fn plant(
     // Each draft becomes its tree: leaves are never there twice.
     let trees =
         drafts.into_par_iter().zip(plantings).map(|(draft, planting)| place(draft, planting)).collect();
-    Ok(Planted { trees, supports, adjustment, foliage, remarks: generator.remarks() })
+    let mut remarks = generator.remarks();
+    remarks.extend(adjustment.and_then(copies_made));
+    Ok(Planted { trees, supports, adjustment, foliage, remarks })
+}
+
+/// Leaves that are most of them copies are told.
+fn copies_made(Adjustment { target_lai, grown_lai, .. }: Adjustment) -> Option<Remark> {
+    (target_lai > MOST_COPIES * grown_lai).then_some(Remark::Copies { target_lai, grown_lai })
 }
 
 fn draft(generator: &dyn Generator, tree: &TreeParameters, planting: &Planting) -> Result<Draft, GrowError> {
@@ -107,6 +114,8 @@ fn draft(generator: &dyn Generator, tree: &TreeParameters, planting: &Planting) 
         let leaves: Vec<&Leaf> = draft.blades.iter().map(|blade| &blade.leaf).collect();
         let keep = shade::survivors(&leaves, tree);
         draft.retain_blades(keep);
+        // Half of the blades of a tree and more have died in the shade.
+        draft.blades.shrink_to_fit();
     }
     Ok(draft)
 }
@@ -136,11 +145,15 @@ fn finish(draft: Draft) -> Tree {
         Cylinder::new(segment.base.to_array(), tip.to_array(), segment.radius_m).ok()
     });
     let petioles = draft.blades.iter().filter_map(|Blade { petiole, .. }| *petiole);
-    Tree {
+    let mut tree = Tree {
         wood: grown.chain(petioles).chain(draft.wood.iter().copied()).collect(),
         facets: draft.facets.into_iter().chain(draft.fruits.iter().flat_map(fruit::facets)).collect(),
         leaves: draft.blades.into_iter().map(|blade| blade.leaf).collect(),
-    }
+    };
+    // Leaves are collected where the blades were, which take more than twice as much room.
+    tree.leaves.shrink_to_fit();
+    tree.wood.shrink_to_fit();
+    tree
 }
 
 /// One tree of a hidden Markov tree at the origin, for unit tests.

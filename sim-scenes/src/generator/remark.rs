@@ -4,6 +4,9 @@ use std::fmt;
 
 use crate::growth::markov::State;
 
+/// How many times the leaf area index that grows may be asked for without a word.
+pub(crate) const MOST_COPIES: f64 = 3.0;
+
 /// Something to tell the user about an orchard.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Remark {
@@ -27,6 +30,13 @@ pub enum Remark {
         /// How far it is off its plane, over its size.
         warp: f64,
     },
+    /// Most leaves are copies of the tree's own.
+    Copies {
+        /// Leaf area index asked for.
+        target_lai: f64,
+        /// Of the orchard as it grew.
+        grown_lai: f64,
+    },
     /// Faces without area were left out.
     NoArea {
         /// The file.
@@ -47,6 +57,10 @@ impl fmt::Display for Remark {
             Self::NotPlane { path, leaves, first, warp } => write!(
                 f,
                 "{path}: {leaves} leaves are not plane and were cut into triangles; the first at {first}, off by {warp:.3} of its size"
+            ),
+            Self::Copies { target_lai, grown_lai } => write!(
+                f,
+                "orchard.target_lai: expected at most {MOST_COPIES} times what grows, {grown_lai:.2}, found {target_lai}: most leaves are copies on the same thin wood, in tufts denser than trees have, and estimates of such rows may be half the truth; lower it, or let the trees grow more (`iterations`, `seasons`)"
             ),
             Self::NoArea { path, faces, first } => {
                 write!(f, "{path}: {faces} faces without area were left out; the first at {first}")

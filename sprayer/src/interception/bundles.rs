@@ -29,21 +29,25 @@ pub(super) struct Bundle {
     y_m: [f64; 2],
     /// None on the headland.
     pub(super) face: Option<Face>,
+    /// How much higher the tractor stands than the row's foot, metres.
+    above_m: f64,
 }
 
 impl Bundle {
-    /// The bundles of a nozzle. Their times make up the drive.
-    pub(super) fn of(nozzle: &Nozzle, drive: &Drive, step_m: f64) -> Vec<Self> {
+    /// The bundles of a nozzle, where each row stands so much higher than the one before. Their times make up the drive.
+    pub(super) fn of(nozzle: &Nozzle, drive: &Drive, step_m: f64, rise_a_row_m: f64) -> Vec<Self> {
         let mut bundles: Vec<Self> = Vec::new();
-        let mut push = |time: Span, y_m: [f64; 2], face: Option<Face>| {
-            bundles.push(Self { key: [nozzle.number as u64, bundles.len() as u64], time, y_m, face });
+        let mut push = |time: Span, y_m: [f64; 2], face: Option<Face>, above_m: f64| {
+            let key = [nozzle.number as u64, bundles.len() as u64];
+            bundles.push(Self { key, time, y_m, face, above_m });
         };
         for piece in drive.pieces() {
             let Some((number, backwards)) = piece.alley else {
-                push(piece.time, [0.0; 2], None);
+                push(piece.time, [0.0; 2], None, 0.0);
                 continue;
             };
             let face = Alley { number, backwards }.row_beside(nozzle.side == Side::Right);
+            let above_m = piece.above_m(face.0, rise_a_row_m);
             let shift_m = piece.ahead() * nozzle.ahead_m;
             for part in piece.monotone() {
                 let (first, last) = (piece.y_m(part.from), piece.y_m(part.to));
@@ -52,7 +56,8 @@ impl Bundle {
                 for step in 1..=count as u64 {
                     let at = |step: u64| first + (last - first) * step as f64 / count;
                     let to = if step == count as u64 { part.to } else { piece.time_at(part, at(step)) };
-                    push(Span::new(from, to), [at(step - 1) + shift_m, at(step) + shift_m], Some(face));
+                    let y_m = [at(step - 1) + shift_m, at(step) + shift_m];
+                    push(Span::new(from, to), y_m, Some(face), above_m);
                     from = to;
                 }
             }
@@ -86,7 +91,7 @@ impl Bundle {
             let into = (w + EVENLY[1] * number).fract();
             let y_m = self.y_m[0] + (self.y_m[1] - self.y_m[0]) * into;
             Ray {
-                from: DVec3::new(axis_m - sign * jet.distance_m, y_m, jet.z_m),
+                from: DVec3::new(axis_m - sign * jet.distance_m, y_m, jet.z_m + self.above_m),
                 along: DVec3::new(sign * libm::cos(up), aside, libm::sin(up)),
             }
         })

@@ -160,7 +160,7 @@ pub fn intercept(pass: &Pass, orchard: &Orchard, runs: &[&[Flow]], settings: &Se
     let bundles: Vec<(&Nozzle, Vec<Bundle>)> = pass
         .nozzles()
         .par_iter()
-        .map(|nozzle| (nozzle, Bundle::of(nozzle, pass.drive(), settings.step_m)))
+        .map(|nozzle| (nozzle, Bundle::of(nozzle, pass.drive(), settings.step_m, orchard.foot_m(1))))
         .collect();
     let mut faces: Vec<Face> =
         bundles.iter().flat_map(|(_, bundles)| bundles.iter().filter_map(|bundle| bundle.face)).collect();

@@ -9,3 +9,4 @@ mod machine_faults;
 mod rate_steps;
 mod run_ends;
 mod seasons;
+mod slopes;

@@ -16,6 +16,8 @@ pub struct Place {
     pub heading_rad: f64,
     /// The alley it drives in; none on the headland.
     pub alley: Option<Alley>,
+    /// The row at whose foot the tractor stands, on a slope: all heights of what it carries count from there. None on the headland.
+    pub stands_by: Option<i32>,
 }
 
 /// An alley being driven.
@@ -44,13 +46,15 @@ pub struct Course {
     pub alley: i32,
     /// Distance between rows, metres.
     pub row_spacing_m: f64,
+    /// A scanner looks to the tractor's left: it stands as high as the row there, else as the one on its right.
+    pub looks_left: bool,
     /// Alleys driven one after the other, and the length of a row, metres: turns are where the rows end. None: straight on forever.
     pub turns: Option<(u32, f64)>,
 }
 
 impl Default for Course {
     fn default() -> Self {
-        Self { start_m: 0.0, alley: 0, row_spacing_m: 4.0, turns: None }
+        Self { start_m: 0.0, alley: 0, row_spacing_m: 4.0, looks_left: false, turns: None }
     }
 }
 
@@ -80,7 +84,10 @@ impl Course {
         if into_m <= row_m || pass == last {
             let y_m = if backwards { row_m - into_m } else { into_m };
             let heading_rad = if backwards { PI } else { 0.0 };
-            return Place { x_m: middle_m, y_m, heading_rad, alley: Some(Alley { number, backwards }) };
+            let alley = Alley { number, backwards };
+            let (stands_by, _) = alley.row_beside(!self.looks_left);
+            let (alley, stands_by) = (Some(alley), Some(stands_by));
+            return Place { x_m: middle_m, y_m, heading_rad, alley, stands_by };
         }
         let radius_m = self.row_spacing_m / 2.0;
         let angle = (into_m - row_m) / radius_m;
@@ -91,6 +98,7 @@ impl Course {
             y_m: if backwards { end_m - radius_m * sin } else { end_m + radius_m * sin },
             heading_rad: if backwards { PI - angle } else { angle },
             alley: None,
+            stands_by: None,
         }
     }
 }
@@ -101,7 +109,7 @@ mod tests {
 
     #[test]
     fn three_rows_are_driven_to_and_fro_without_a_jump() {
-        let course = Course { start_m: -5.0, alley: 0, row_spacing_m: 4.0, turns: Some((3, 20.0)) };
+        let course = Course { start_m: -5.0, alley: 0, turns: Some((3, 20.0)), ..Course::default() };
         let mut before = course.at(-1.0);
         assert_eq!((before.x_m, before.y_m), (-2.0, -6.0));
         for step in -99..9000 {
@@ -122,7 +130,7 @@ mod tests {
     #[test]
     fn turns_are_where_the_rows_end_wherever_the_start_is() {
         for start_m in [-5.0, 0.0, 3.0] {
-            let course = Course { start_m, alley: 0, row_spacing_m: 4.0, turns: Some((3, 20.0)) };
+            let course = Course { start_m, alley: 0, turns: Some((3, 20.0)), ..Course::default() };
             let way = |from_row_m: f64| course.at(from_row_m - start_m);
             assert!(way(19.99).alley.is_some_and(|alley| !alley.backwards), "{start_m}: before the end");
             let turning = way(20.0 + course.turn_m() / 2.0);
@@ -136,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_start_beyond_the_rows_turns_at_once() {
-        let course = Course { start_m: 25.0, alley: 0, row_spacing_m: 4.0, turns: Some((2, 20.0)) };
+        let course = Course { start_m: 25.0, alley: 0, turns: Some((2, 20.0)), ..Course::default() };
         assert_eq!((course.at(0.0).y_m, course.at(1.0).alley), (25.0, None));
         let back = course.at(course.turn_m() + 1.0);
         assert!((back.y_m - 24.0).abs() < 1e-9 && back.heading_rad == PI, "{back:?}");

@@ -1,6 +1,6 @@
 //! The `[drive]` table of a scene file: how the tractor drives.
 
-use rowscan_protocol::rig::{Rig, RowSide};
+use rowscan_protocol::rig::Rig;
 use serde::{Deserialize, Serialize};
 
 use super::course::Course;
@@ -184,8 +184,7 @@ impl Drive {
 
     /// The number of the alley of the start, of a tractor with this rig.
     pub fn first_alley(&self, rig: &Rig) -> i32 {
-        let looks_left = rig.scanners.iter().any(|mount| mount.row == RowSide::Left);
-        self.alley.unwrap_or(i32::from(looks_left))
+        self.alley.unwrap_or(i32::from(rig.looks_left()))
     }
 
     /// The drive of `rig` past rows of this length, metres.
@@ -194,6 +193,7 @@ impl Drive {
             start_m: rig.start_m,
             alley: self.first_alley(rig),
             row_spacing_m: rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m),
+            looks_left: rig.looks_left(),
             turns: self.alleys.filter(|_| row_m.is_finite()).map(|alleys| (alleys, row_m)),
         };
         Trajectory::new(self.profile(rig.speed_m_s), course, self.acceleration_m_s2)

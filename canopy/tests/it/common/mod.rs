@@ -130,12 +130,17 @@ pub(crate) fn scatter(y_m: f64, theta: f64) -> f64 {
     ((y_m * 977.0 + theta * 7919.0).sin() * 43_758.547).fract().abs()
 }
 
-/// Hedge faces 0.4 m before the row axis and 0.12 m deep, 0.5..2.5 m high, but none in tree 1.
+/// A hedge on the row axis, 0.12 m deep, 0.5..2.5 m high, but none in tree 1.
 pub(crate) fn hedge(lines: u32) -> Vec<Scan> {
+    hedge_at(1.75, lines)
+}
+
+/// The same with its face so far from the scanner.
+pub(crate) fn hedge_at(face_m: f64, lines: u32) -> Vec<Scan> {
     drive(&orchard_rig(), lms111(), 50, lines, |y_m, theta| {
-        let z_m = 1.6 + 1.5 * theta.tan();
+        let z_m = 1.6 + face_m * theta.tan();
         let gap = (1.5..3.0).contains(&(y_m + 1e-9));
-        let x_m = 1.5 + 0.12 * scatter(y_m, theta);
+        let x_m = face_m + 0.12 * scatter(y_m, theta);
         if !gap && (0.5..2.5).contains(&z_m) && theta.abs() < 1.5 { x_m / theta.cos() } else { NO_ECHO }
     })
 }
