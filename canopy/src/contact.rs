@@ -112,6 +112,11 @@ impl Sampled {
         if self.hits_m > 0.0 { 1.0 - self.told_m / self.hits_m } else { 0.0 }
     }
 
+    /// Share of the row's voxels that too few beams reached.
+    pub(crate) fn unseen(&self) -> f64 {
+        self.unvisited as f64 / (self.unvisited + self.visited).max(1) as f64
+    }
+
     /// How many voxels nobody could look into, of these and of those that were hit: how much of the canopy hangs on what stands in for them.
     pub(crate) fn hidden(&self) -> f64 {
         self.unvisited as f64 / (self.unvisited + self.hit).max(1) as f64

@@ -350,6 +350,11 @@ pub enum Warning {
         /// Leaf area index of all that was met.
         lai: f64,
     },
+    /// Half of the row is hidden behind what was met: leaf areas are withheld.
+    MostlyHidden {
+        /// Share of its voxels that too few beams reached.
+        share: f64,
+    },
     /// The canopy does not stand about the rig's row axis: leaf areas are withheld.
     RowElsewhere {
         /// Where its near face lies, metres behind the axis; less than 0 before it.
@@ -485,6 +490,7 @@ impl Warning {
             Self::TooFewBeams { .. } => "too_few_beams",
             Self::TooManyLeaves { .. } => "too_many_leaves",
             Self::RowElsewhere { .. } => "row_elsewhere",
+            Self::MostlyHidden { .. } => "mostly_hidden",
             Self::GroundSlope { .. } => "ground_slope",
             Self::GroundLevel { .. } => "ground_level",
             Self::BeforeRow { .. } => "before_row",

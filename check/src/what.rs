@@ -156,7 +156,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "telegrams_bad",
         keys: COUNT,
-        tells: "broken frames, and scan telegrams in good frames that cannot be read",
+        tells: "broken frames, stretches of bytes between frames that begin none, and scan telegrams in good frames that cannot be read",
         kind: Kind::Count(Count::TelegramsBad),
     },
     What {

@@ -452,9 +452,9 @@ impl Connection {
             }
         }
         stream.segments_lost = stream.segments_lost.map(|_| ear.reader.segments().lost);
-        let broken = ear.reader.counts().bad;
+        let broken = ear.reader.counts().damaged();
         for _ in ear.bad_frames..broken {
-            bad(stream, "a broken frame".to_owned());
+            bad(stream, "a broken frame, or bytes that begin none".to_owned());
         }
         ear.bad_frames = broken;
         stream.note_change(at, journal.len());

@@ -290,7 +290,7 @@ impl StreamAccount {
             segments_contradicting: segments.map(|segments| segments.contradicted),
             restarts,
             outages: self.outages,
-            telegrams_bad: self.reader.map_or(0, |reader| reader.counts().bad) + self.malformed,
+            telegrams_bad: self.reader.map_or(0, |reader| reader.counts().damaged()) + self.malformed,
             imu_readings: self.readings.imu,
             encoder_readings: self.readings.wheel,
             readings_bad: self.readings.unreadable,

@@ -338,6 +338,12 @@ impl fmt::Display for Warning {
                 "what was met comes to a leaf area index of {lai:.0}, more than any orchard has: leaf areas are withheld; compare the mount's `roll_deg`, `height_m`, `distance_m` and angles, and the rig's \
                  `row_spacing_m`, with the machine"
             ),
+            Self::MostlyHidden { share } => write!(
+                f,
+                "{:.0} % of the row, by voxels, is hidden behind what was met, and could only be guessed: leaf areas are withheld; measure it from both sides (`--other-side`), and compare the mount's `roll_deg`, \
+                 `height_m` and angles with the machine",
+                100.0 * share
+            ),
             Self::RowElsewhere { near_m, far_m, distance_m } => {
                 let place = |behind_m: f64| {
                     let side = if behind_m > 0.0 { "behind" } else { "before" };

@@ -32,7 +32,7 @@ pub(super) const FAULT: Fault = Fault {
     directions: &[Direction::ToClient],
     on_wires: true,
     about: "Bits of a telegram are inverted.",
-    reports: "telegrams_bad 1, of a start mark scans_lost alone; in CoLa A, which has no checksum, possibly a wrong value",
+    reports: "telegrams_bad 1; in CoLa A, which has no checksum, possibly a wrong value",
     recovery: "next telegram; no resync longer than 2 telegrams",
     make: Make::Bytes(|given| {
         let (bits, offset, region) = (given.size("bits")?, given.size("offset")?, given.word("region")?);

@@ -46,6 +46,15 @@ pub struct FrameCounts {
     pub bad: u64,
     /// Bytes that are part of no good frame.
     pub skipped_bytes: u64,
+    /// Stretches of such bytes behind the first good frame in which no broken frame begins: what has lost its start, or was never one.
+    pub strays: u64,
+}
+
+impl FrameCounts {
+    /// Stretches of a stream that were no good frames, between good ones: broken frames, and what does not even begin as one.
+    pub fn damaged(&self) -> u64 {
+        self.bad + self.strays
+    }
 }
 
 /// One good frame.
@@ -94,6 +103,8 @@ pub struct FrameDecoder {
     sums: Vec<u8>,
     sums_from: usize,
     ended: bool,
+    /// No good frame has come since bytes were skipped that have been counted.
+    is_astray: bool,
     counts: FrameCounts,
 }
 
@@ -113,6 +124,7 @@ impl FrameDecoder {
             sums: Vec::new(),
             sums_from: 0,
             ended: false,
+            is_astray: false,
             counts: FrameCounts::default(),
         }
     }
@@ -180,6 +192,7 @@ impl FrameDecoder {
                     self.start += len;
                     self.examined = 0;
                     (self.suspect_until, self.broken_until) = (0, 0);
+                    self.is_astray = false;
                     self.drop_sums();
                     self.counts.frames += 1;
                     return Some((dialect, start, start + header..start + header + payload, len));
@@ -190,7 +203,7 @@ impl FrameDecoder {
                 }
                 Probe::Incomplete { .. } => self.reject(self.buffer.len() - self.start),
                 Probe::Broken { extent } => self.reject(extent),
-                Probe::NotAFrame => self.skip(1),
+                Probe::NotAFrame => self.stray(1),
             }
         }
     }
@@ -219,8 +232,16 @@ impl FrameDecoder {
         let rest = self.buffer.get(self.start..).unwrap_or_default();
         let junk = rest.iter().position(|&b| b == STX).unwrap_or(rest.len());
         if junk > 0 {
-            self.skip(junk);
+            self.stray(junk);
         }
+    }
+
+    /// Skips bytes that begin no frame.
+    fn stray(&mut self, bytes: usize) {
+        let is_new = !self.is_astray && self.start >= self.broken_until && self.counts.frames > 0;
+        self.counts.strays += u64::from(is_new);
+        self.is_astray |= is_new;
+        self.skip(bytes);
     }
 
     fn skip(&mut self, bytes: usize) {
@@ -232,6 +253,8 @@ impl FrameDecoder {
     fn reject(&mut self, extent: usize) {
         if self.start >= self.broken_until {
             self.counts.bad += 1;
+            // What is left of it behind its claim is not damaged once more.
+            self.is_astray = true;
             self.broken_until = self.start + extent;
             self.broken_is_whole = extent > HEADER;
         } else if !self.broken_is_whole {

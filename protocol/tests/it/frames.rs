@@ -47,7 +47,10 @@ fn recorded_streams_split_where_their_index_says() {
                 let found = decode(&mut decoder, stream, piece);
                 assert!(found == expected, "{} in pieces of {piece}", recording.name);
                 let frames = expected.len() as u64;
-                assert_eq!(decoder.counts(), FrameCounts { frames, bad: 0, skipped_bytes: 0 });
+                assert_eq!(
+                    decoder.counts(),
+                    FrameCounts { frames, bad: 0, skipped_bytes: 0, ..FrameCounts::default() }
+                );
             }
             let mut again = Vec::new();
             expected.iter().for_each(|(dialect, _, _, payload)| encode(*dialect, payload, &mut again));
@@ -64,7 +67,10 @@ fn a_checksum_error_costs_one_frame_even_when_the_next_follows_at_once() {
     let mut decoder = FrameDecoder::new(Accept::Only(Dialect::B), MAX_PAYLOAD);
     let found = decode(&mut decoder, &stream, usize::MAX);
     assert_eq!(payloads(&found), [b"sMN Run"]);
-    assert_eq!(decoder.counts(), FrameCounts { frames: 1, bad: 1, skipped_bytes: 24 });
+    assert_eq!(
+        decoder.counts(),
+        FrameCounts { frames: 1, bad: 1, skipped_bytes: 24, ..FrameCounts::default() }
+    );
 }
 
 #[test]
@@ -137,7 +143,10 @@ fn half_a_frame_then_silence_keeps_waiting_until_the_end_is_declared() {
     let mut found = Vec::new();
     drain(&mut decoder, &mut found);
     assert_eq!(payloads(&found), [b"sMN Run"]);
-    assert_eq!(decoder.counts(), FrameCounts { frames: 1, bad: 1, skipped_bytes: 1500 });
+    assert_eq!(
+        decoder.counts(),
+        FrameCounts { frames: 1, bad: 1, skipped_bytes: 1500, ..FrameCounts::default() }
+    );
 }
 
 #[test]
@@ -145,7 +154,10 @@ fn an_stx_inside_text_means_the_frame_before_it_lost_its_end() {
     let mut decoder = FrameDecoder::new(Accept::Either, MAX_PAYLOAD);
     let found = decode(&mut decoder, b"\x02sRN Dev\x02sRN SerialNumber\x03\x02sMN Run\x03", usize::MAX);
     assert_eq!(payloads(&found), [&b"sRN SerialNumber"[..], b"sMN Run"]);
-    assert_eq!(decoder.counts(), FrameCounts { frames: 2, bad: 1, skipped_bytes: 8 });
+    assert_eq!(
+        decoder.counts(),
+        FrameCounts { frames: 2, bad: 1, skipped_bytes: 8, ..FrameCounts::default() }
+    );
 }
 
 #[test]
@@ -175,7 +187,10 @@ fn nul_bytes_after_the_end_are_skipped() {
     let mut decoder = FrameDecoder::new(Accept::Only(Dialect::A), MAX_PAYLOAD);
     let found = decode(&mut decoder, b"\x02sMN Run\x03\0\x02sRN DeviceIdent\x03\0", 1);
     assert_eq!(found.len(), 2);
-    assert_eq!(decoder.counts(), FrameCounts { frames: 2, bad: 0, skipped_bytes: 2 });
+    assert_eq!(
+        decoder.counts(),
+        FrameCounts { frames: 2, bad: 0, skipped_bytes: 2, ..FrameCounts::default() }
+    );
 }
 
 #[test]
@@ -249,7 +264,7 @@ proptest! {
         let (found, counts) = decode_cut(&stream, &cuts);
         let found: Vec<_> = found.into_iter().map(|(dialect, .., payload)| (dialect, payload)).collect();
         prop_assert_eq!(found, frames.clone());
-        prop_assert_eq!(counts, FrameCounts { frames: frames.len() as u64, bad: 0, skipped_bytes: 0 });
+        prop_assert_eq!(counts, FrameCounts { frames: frames.len() as u64, bad: 0, skipped_bytes: 0, ..FrameCounts::default() });
     }
 
     /// Junk without STX cannot hide a frame; every byte is either in a frame or counted.
@@ -293,5 +308,32 @@ proptest! {
         // A frame found inside the payload by chance is allowed; the whole is not.
         prop_assert!(found.iter().all(|(_, offset, ..)| *offset > 0));
         prop_assert!(decoder.counts().bad + decoder.counts().skipped_bytes > 0);
+    }
+}
+
+/// What has lost its start is damaged once, as what fails its checksum is; what comes before the first frame may be the rest of one that nobody heard begin.
+#[test]
+fn each_damaged_stretch_between_frames_counts_once() {
+    for dialect in [Dialect::A, Dialect::B] {
+        let mut frame = Vec::new();
+        encode(dialect, b"sRN DeviceIdent", &mut frame);
+        let damaged = |broken: &[u8]| {
+            let mut decoder = FrameDecoder::new(Accept::Either, 1024);
+            for piece in [b"junk ", &frame[..], broken, &frame[..], &frame[..]] {
+                decoder.push(piece);
+                while decoder.next_frame().is_some() {}
+            }
+            decoder.finish();
+            while decoder.next_frame().is_some() {}
+            (decoder.counts().frames, decoder.counts().damaged())
+        };
+        assert_eq!(damaged(&[]), (3, 0), "{dialect}: junk before the first frame");
+        assert_eq!(damaged(b"some junk"), (3, 1), "{dialect}: junk between frames");
+        for (place, cases) in [(0, "its start"), (frame.len() - 1, "its end")] {
+            let mut broken = frame.clone();
+            broken[place] ^= 0x40;
+            let (frames, found) = damaged(&broken);
+            assert!((2..=3).contains(&frames) && found == 1, "{dialect}, {cases}: {frames} {found}");
+        }
     }
 }
