@@ -385,8 +385,8 @@ fn row(
                 estimate.warnings.push(Warning::RowElsewhere { near_m, far_m, distance_m });
             }
         }
-        Err(Withheld::MostlyHidden) => {
-            estimate.warnings.push(Warning::MostlyHidden { share: pass.row.sampled_so_far().unseen() });
+        Err(Withheld::MostlyUnseen) => {
+            estimate.warnings.push(Warning::MostlyUnseen { share: pass.row.sampled_so_far().unseen() });
         }
         Err(Withheld::GroundSilent) => {
             let share = pass.row.silent_ground().unwrap_or(0.0);

@@ -350,8 +350,8 @@ pub enum Warning {
         /// Leaf area index of all that was met.
         lai: f64,
     },
-    /// Half of the row is hidden behind what was met: leaf areas are withheld.
-    MostlyHidden {
+    /// Too few beams reached half of the row: leaf areas are withheld.
+    MostlyUnseen {
         /// Share of its voxels that too few beams reached.
         share: f64,
     },
@@ -490,7 +490,7 @@ impl Warning {
             Self::TooFewBeams { .. } => "too_few_beams",
             Self::TooManyLeaves { .. } => "too_many_leaves",
             Self::RowElsewhere { .. } => "row_elsewhere",
-            Self::MostlyHidden { .. } => "mostly_hidden",
+            Self::MostlyUnseen { .. } => "mostly_unseen",
             Self::GroundSlope { .. } => "ground_slope",
             Self::GroundLevel { .. } => "ground_level",
             Self::BeforeRow { .. } => "before_row",

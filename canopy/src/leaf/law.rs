@@ -16,8 +16,8 @@ use crate::voxel_edge::OtherEdge;
 const NO_FOLIAGE: f64 = 0.25;
 /// Share of the hits in voxels that too few beams passed from which on a leaf area is none.
 const UNTOLD: f64 = 0.5;
-/// Share of the row's voxels that too few beams reached from which on a leaf area is a guess: its interval is a factor of eighty wide. Dense rows through wide
-/// beams hide a third (mature trees of LAI 5: 0.35).
+/// Share of the row's voxels that too few beams reached from which on a leaf area without a calibration is a guess: its interval is a factor of eighty wide.
+/// Dense rows through wide beams hide a third (mature trees of LAI 5: 0.35). The rows of a calibration hide as much as its own class does.
 const MOST_UNSEEN: f64 = 0.45;
 
 /// Of what rows differ by, a regression must tell this share, of rows that were not fitted: else the rows' mean is as good.
@@ -107,8 +107,8 @@ impl<'a> Law<'a> {
             Some(Withheld::TooManyLeaves)
         } else if row.elsewhere(&totals, &sampled).is_some() {
             Some(Withheld::RowElsewhere)
-        } else if sampled.unseen() > MOST_UNSEEN {
-            Some(Withheld::MostlyHidden)
+        } else if calibration.is_none() && sampled.unseen() > MOST_UNSEEN {
+            Some(Withheld::MostlyUnseen)
         } else if row.silent_ground().is_some() {
             Some(Withheld::GroundSilent)
         } else {

@@ -74,7 +74,7 @@ reasons! {
     TooFewBeams = 32, "too_few_beams", "too few beams passed most of the voxels that were hit";
     TooManyLeaves = 33, "too_many_leaves", "more was met on the ground's area than any orchard has leaves";
     RowElsewhere = 34, "row_elsewhere", "the canopy does not lie about the rig's row axis";
-    MostlyHidden = 35, "mostly_hidden", "half of the row is hidden behind what was met";
+    MostlyUnseen = 35, "mostly_unseen", "too few beams reached half of the row";
 }
 
 impl fmt::Display for Withheld {

@@ -338,10 +338,10 @@ impl fmt::Display for Warning {
                 "what was met comes to a leaf area index of {lai:.0}, more than any orchard has: leaf areas are withheld; compare the mount's `roll_deg`, `height_m`, `distance_m` and angles, and the rig's \
                  `row_spacing_m`, with the machine"
             ),
-            Self::MostlyHidden { share } => write!(
+            Self::MostlyUnseen { share } => write!(
                 f,
-                "{:.0} % of the row, by voxels, is hidden behind what was met, and could only be guessed: leaf areas are withheld; measure it from both sides (`--other-side`), and compare the mount's `roll_deg`, \
-                 `height_m` and angles with the machine",
+                "too few beams reached {:.0} % of the row's voxels, behind what was met or between beams and lines that lie far apart, and what they hold could only be guessed: leaf areas are withheld; measure from both sides \
+                 (`--other-side`), slower or at a finer resolution, and compare the mount's `roll_deg`, `height_m` and angles with the machine",
                 100.0 * share
             ),
             Self::RowElsewhere { near_m, far_m, distance_m } => {

@@ -46,8 +46,11 @@ fn voxels_that_too_few_beams_pass_tell_no_leaf_area() {
 fn misses_matter() {
     let mut scans = turbid(1.0, 2.0, 150, 3);
     let whole = ratio(&estimate_with(&rig(), parameters(), &scans), 1.0, 2.0);
-    for range_m in scans.iter_mut().flat_map(|scan| &mut scan.echoes[0].range_m) {
-        if *range_m == NO_ECHO {
+    // Nine in ten of them: without any the row behind the slab would be unknown, and nothing told.
+    for range_m in scans.iter_mut().flat_map(|scan| &mut scan.echoes[0].range_m).enumerate() {
+        if let (beam, range_m @ &mut NO_ECHO) = range_m
+            && beam % 10 > 0
+        {
             *range_m = f64::NAN;
         }
     }

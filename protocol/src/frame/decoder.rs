@@ -36,6 +36,9 @@ impl Accept {
 /// Bytes before the payload of a binary frame.
 const HEADER: usize = 8;
 
+/// What may stand between frames and is no damage.
+const PADDING: [u8; 3] = [0, b'\r', b'\n'];
+
 /// What a decoder has seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameCounts {
@@ -231,8 +234,12 @@ impl FrameDecoder {
     fn skip_to_stx(&mut self) {
         let rest = self.buffer.get(self.start..).unwrap_or_default();
         let junk = rest.iter().position(|&b| b == STX).unwrap_or(rest.len());
-        if junk > 0 {
-            self.stray(junk);
+        // Some devices fill up with NUL, or end lines, behind a frame.
+        let is_padding = rest.iter().take(junk).all(|byte| PADDING.contains(byte));
+        match junk {
+            0 => {}
+            _ if is_padding => self.skip(junk),
+            _ => self.stray(junk),
         }
     }
 
