@@ -215,24 +215,21 @@ impl Edges {
     pub fn summary(&self, which: impl Fn(&EdgePair) -> bool) -> EdgeSummary {
         let chosen = || self.0.iter().filter(|pair| which(pair));
         let (late_s, late_m): (Vec<f64>, Vec<f64>) = chosen().filter_map(EdgePair::late).unzip();
-        let missed = chosen().filter(|pair| pair.is_missed()).count();
-        let away = |late: &[f64], share: f64| {
-            let missed = std::iter::repeat_n(f64::INFINITY, missed);
-            let all = late.iter().map(|late| late.abs()).chain(missed);
-            quantile(all.collect(), share).filter(|off| off.is_finite())
+        let away = |late: fn(&EdgePair) -> Option<f64>, share: f64| {
+            quantile(off_with_missed(chosen(), late), share).filter(|off| off.is_finite())
         };
         EdgeSummary {
             wanted: chosen().filter(|pair| pair.wanted_s.is_some()).count(),
-            missed,
+            missed: chosen().filter(|pair| pair.is_missed()).count(),
             unmeetable: chosen().filter(|pair| pair.undecided == Some(Undecided::Unmeetable)).count(),
             cut_off: chosen().filter(|pair| pair.undecided == Some(Undecided::CutOff)).count(),
             spurious: chosen().filter(|pair| pair.is_spurious()).count(),
-            p50_s: quantile(late_s.clone(), 0.5),
-            p95_s: away(&late_s, 0.95),
-            worst_s: away(&late_s, 1.0),
-            p50_m: quantile(late_m.clone(), 0.5),
-            p95_m: away(&late_m, 0.95),
-            worst_m: away(&late_m, 1.0),
+            p50_s: quantile(late_s, 0.5),
+            p95_s: away(|pair| pair.late_s, 0.95),
+            worst_s: away(|pair| pair.late_s, 1.0),
+            p50_m: quantile(late_m, 0.5),
+            p95_m: away(|pair| pair.late_m, 0.95),
+            worst_m: away(|pair| pair.late_m, 1.0),
             lead: Off::of(chosen(), -1.0),
             lag: Off::of(chosen(), 1.0),
         }
@@ -241,10 +238,17 @@ impl Edges {
     /// 95th percentile of how far wanted edges were off, metres: one that was missed is farther than any number. None where none was wanted that is decided.
     pub fn p95_with_missed_m(&self, edge: Option<Edge>) -> Option<f64> {
         let of_edge = |pair: &&EdgePair| edge.is_none_or(|edge| edge == pair.edge);
-        let wanted =
-            self.0.iter().filter(of_edge).filter(|pair| pair.wanted_s.is_some() && pair.undecided.is_none());
-        quantile(wanted.map(|pair| pair.late_m.map_or(f64::INFINITY, f64::abs)).collect(), 0.95)
+        quantile(off_with_missed(self.0.iter().filter(of_edge), |pair| pair.late_m), 0.95)
     }
+}
+
+/// How far off the wanted and decided ones of these edges were, without sign: a missed one is farther than any number.
+fn off_with_missed<'a>(
+    pairs: impl Iterator<Item = &'a EdgePair>,
+    late: impl Fn(&EdgePair) -> Option<f64>,
+) -> Vec<f64> {
+    let decided = pairs.filter(|pair| pair.wanted_s.is_some() && pair.undecided.is_none());
+    decided.map(|pair| late(pair).map_or(f64::INFINITY, f64::abs)).collect()
 }
 
 /// The nearest-rank quantile.
