@@ -15,6 +15,8 @@ const GROUND_ANSWERS_M: f64 = 6.0;
 const BELOW_M: f64 = 1.0;
 /// Share of the directions to the ground that must answer: a dirty window, a wet spot and a post take some.
 const LEAST_ANSWERS: f64 = 0.25;
+/// The alley reaches so far to the row axis; crowns stand over the rest.
+const ALLEY: f64 = 0.75;
 /// Directions to the ground that tell something.
 const LEAST_DIRECTIONS: u32 = 10;
 
@@ -63,6 +65,14 @@ impl Answers {
             (all + 1, unknown + u32::from(direction.unknown_m > MOST * direction.all_m))
         });
         f64::from(unknown) / f64::from(all.max(1))
+    }
+
+    /// Whether this table leads beams in enough directions to the ground of the alley, well before the row.
+    pub(crate) fn leads_to_alley(table: &BeamTable, frame: &Frame) -> bool {
+        let leads = |beam: &&Beam| frame.above_clearance_m(beam).1 * beam.cos < ALLEY * frame.distance_m;
+        let mut directions: Vec<usize> = table.beams().iter().flatten().filter(leads).map(number).collect();
+        directions.dedup();
+        directions.len() >= LEAST_DIRECTIONS as usize
     }
 
     /// Share of the beams that met something, of those that this table leads to the ground before the row axis; `None` where it leads none there, and where

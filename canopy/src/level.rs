@@ -20,16 +20,24 @@ const TOP_SHARE: f64 = 0.98;
 /// Returns of the canopy below which nothing is said of where the ground lies.
 pub(crate) const LEAST_CANOPY: u64 = 1000;
 
+/// Ground that lies lower than the rig has it by more takes leaves with it, metres.
+pub(crate) const FAR_BELOW_M: f64 = 0.35;
+/// Share of all returns so far below the ground that the rig tells from which on the rig has it wrong: nothing returns from below the ground, but what was
+/// reflected twice, and furrows. A roll that is wrong by 40° to 100° puts a seventh and more there.
+const BELOW_SHARE: f64 = 0.1;
+
 /// The canopy's returns by height.
 #[derive(Clone, Debug)]
 pub(crate) struct Levels {
     bins: [u64; BINS],
     returns: u64,
+    ground: u64,
+    far_below: u64,
 }
 
 impl Default for Levels {
     fn default() -> Self {
-        Self { bins: [0; BINS], returns: 0 }
+        Self { bins: [0; BINS], returns: 0, ground: 0, far_below: 0 }
     }
 }
 
@@ -50,6 +58,26 @@ impl Levels {
         if let Some(count) = (bin >= 0.0).then(|| self.bins.get_mut(bin as usize)).flatten() {
             *count += 1;
         }
+    }
+
+    /// Adds a return of the ground, at this height above the one that the rig tells.
+    pub(crate) fn add_ground(&mut self, above_m: f64) {
+        self.ground += 1;
+        self.far_below += u64::from(above_m < -FAR_BELOW_M);
+    }
+
+    /// Share of the returns far below the ground that the rig tells, where it is more than ground can have there.
+    pub(crate) fn below_ground(&self) -> Option<f64> {
+        let all = self.returns + self.ground;
+        let share = self.far_below as f64 / all.max(1) as f64;
+        (all >= LEAST_CANOPY && share > BELOW_SHARE).then_some(share)
+    }
+
+    /// Share of the returns that are ground, where it is next to nothing.
+    pub(crate) fn no_ground(&self) -> Option<f64> {
+        let all = self.returns + self.ground;
+        let share = self.ground as f64 / all.max(1) as f64;
+        (all >= LEAST_CANOPY && share <= GROUND_SHARE).then_some(share)
     }
 
     /// The level surface that is the ground by all appearance: beams of this table lead to the ground that the rig tells, and none of them, but for stray

@@ -4,7 +4,7 @@ mod warned;
 
 use crate::across::Faces;
 use crate::by_height::{self, ByHeight};
-use crate::calibration::{Calibration, ContactScale, Optics};
+use crate::calibration::{Calibration, Optics};
 use crate::class::{Compared, Holds, Look, RowClass, ScanGeometry, Standing};
 use crate::estimate::{
     ContactReport, Estimate, MountReport, RangeStatistics, SidesReport, SliceEstimate, TreeEstimate,
@@ -195,11 +195,10 @@ fn tell_how_sure(
         between_class: class.and_then(|_| between(&compared)),
         density: Some(match counted.scale {
             Some(scale) => scale.density_sd(raw_m2_per_m),
-            None => estimate.contact.map_or(0.0, |contact| {
-                uncertainty::hidden_sd(contact.voxels_visited, contact.voxels_unvisited)
-            }),
+            None => uncertainty::hidden_sd(pass.row.sampled_so_far().unseen()),
         }),
-        rows: counted.scale.and_then(ContactScale::scatter_sd),
+        own_law: counted.scale.and_then(|scale| scale.own_law(raw_m2_per_m)),
+        rows: counted.scale.and_then(|scale| scale.scatter_sd(pass.row.totals().canopy_m)),
         wood: counted.scale.and_then(|scale| scale.wood_sd(raw_m2_per_m)),
         calibration: counted.scale.and_then(|scale| scale.k_sd),
         remission: pass.row.remission().filter(|_| counted.count == Count::Shares).map(|scale| {
@@ -222,15 +221,18 @@ fn tell_how_sure(
     let (of_sides, of_wood) = (parts.sides.unwrap_or(0.0), parts.wood.unwrap_or(0.0));
     let of_voxels = parts.voxels.unwrap_or(0.0);
     let others = [of_density, of_wood, of_factor, of_remission, of_share, of_spot, of_sides, of_voxels];
-    let all = parts
+    let about = parts
         .sampling
         .map(|sampling| sampling.max(parts.rows.unwrap_or(0.0)))
         .zip(parts.between_class)
         .map(|(a, b)| uncertainty::combined([a, b].into_iter().chain(others)));
     leaf.sampling_error_m2 = parts.sampling.and_then(ends);
-    leaf.interval_m2 = all.and_then(ends);
+    let own_law = parts.own_law.unwrap_or(0.0);
+    let between_laws = |(leaf_m2, sd): (f64, f64)| uncertainty::interval_between(leaf_m2, own_law, sd);
+    leaf.interval_m2 = leaf_m2.zip(about).map(between_laws);
     leaf.uncertainty = Some(parts);
-    RowSds { sampling: parts.sampling, all }
+    // Pieces are drawn toward the row, by whichever law: their intervals take the difference of the two as one more cause.
+    RowSds { sampling: parts.sampling, all: about.map(|sd| uncertainty::combined([sd, own_law])) }
 }
 
 /// What is known of the pieces of a row that is measured like this.
@@ -302,6 +304,8 @@ fn row(
         let clearance_m = pass.row.frame().ground_clearance_m;
         let withheld = pass.row.takes_leaves_for_ground();
         estimate.warnings.push(Warning::GroundLevel { level_m, clearance_m, withheld });
+    } else if let Some(share) = pass.row.below_ground() {
+        estimate.warnings.push(Warning::BelowGround { share });
     }
     if !pass.row.has_far_gate() {
         estimate.warnings.push(Warning::NoFarRowGate);
@@ -389,8 +393,10 @@ fn row(
             estimate.warnings.push(Warning::MostlyUnseen { share: pass.row.sampled_so_far().unseen() });
         }
         Err(Withheld::GroundSilent) => {
-            let share = pass.row.silent_ground().unwrap_or(0.0);
-            estimate.warnings.push(Warning::GroundSilent { share });
+            estimate.warnings.extend(match pass.row.silent_ground() {
+                Some(share) => Some(Warning::GroundSilent { share }),
+                None => pass.row.unmet_ground().map(|share| Warning::GroundUnmet { share }),
+            });
         }
         Err(Withheld::MostlyWood) => {
             estimate

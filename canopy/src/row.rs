@@ -299,7 +299,8 @@ impl Row {
             let Some(beam) = beam else { continue };
             let found = reading(range_m);
             let (x_m, z_m) = (range_m * beam.cos, self.frame.height_m + range_m * beam.sin);
-            self.answers.add(beam, found, self.frame.above_ground_m(x_m, z_m), weight_m);
+            let above_ground_m = self.frame.above_ground_m(x_m, z_m);
+            self.answers.add(beam, found, above_ground_m, weight_m);
             let place = match found {
                 Reading::Return => Some(self.frame.place(beam, range_m)),
                 Reading::Miss => None,
@@ -311,7 +312,10 @@ impl Row {
             let mut canopy = None;
             match place {
                 None => {}
-                Some(Place::Ground) => self.totals.returns.ground += 1,
+                Some(Place::Ground) => {
+                    self.totals.returns.ground += 1;
+                    self.levels.add_ground(above_ground_m);
+                }
                 Some(Place::Far) => self.totals.returns.far += 1,
                 Some(Place::Canopy { x_m, z_m }) => {
                     area_m += range_m * beam.area_factor;

@@ -284,6 +284,11 @@ pub enum Warning {
         /// It lies so far below that leaf areas are withheld.
         withheld: bool,
     },
+    /// So many returns lie far below where the rig has the ground that it has the scanner wrong: leaf areas are withheld.
+    BelowGround {
+        /// Share of the returns.
+        share: f64,
+    },
     /// The rig has an encoder, and scans had no reading of it: the rig's speed was taken.
     ConstantSpeed {
         /// So many of them.
@@ -336,6 +341,11 @@ pub enum Warning {
     /// Beams that the rig leads to the ground before the row met nothing: leaf areas are withheld.
     GroundSilent {
         /// Share of them that met something.
+        share: f64,
+    },
+    /// Next to no return lies where the rig puts the ground, though it leads beams to the alley: leaf areas are withheld.
+    GroundUnmet {
+        /// Share of the returns that do.
         share: f64,
     },
     /// Too few beams passed most of the voxels that were hit: leaf areas are withheld.
@@ -485,14 +495,14 @@ impl Warning {
             Self::SpeedHeld { .. } => "speed_held",
             Self::GroundAsCanopy { .. } => "ground_as_canopy",
             Self::OutOfSight { .. } => "out_of_sight",
-            Self::GroundSilent { .. } => "ground_silent",
+            Self::GroundSilent { .. } | Self::GroundUnmet { .. } => "ground_silent",
             Self::VoxelEdge { .. } => "voxel_edge",
             Self::TooFewBeams { .. } => "too_few_beams",
             Self::TooManyLeaves { .. } => "too_many_leaves",
             Self::RowElsewhere { .. } => "row_elsewhere",
             Self::MostlyUnseen { .. } => "mostly_unseen",
             Self::GroundSlope { .. } => "ground_slope",
-            Self::GroundLevel { .. } => "ground_level",
+            Self::GroundLevel { .. } | Self::BelowGround { .. } => "ground_level",
             Self::BeforeRow { .. } => "before_row",
             Self::PastRow { .. } => "past_row",
             Self::TooManyCells { .. } => "too_many_cells",

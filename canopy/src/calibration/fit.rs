@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::Estimate;
 use crate::regression::{FittedLine, Goodness, Z95, mean, spread, student_t_95};
 
-use super::contact_scale::{ClumpingBy, ContactScale, FittedRows};
+use super::contact_scale::{ALIKE_R2, ClumpingBy, ContactScale, FittedRows};
 use super::model::{Calibration, CalibrationClass, Linear, Power, Provenance, Training, Units};
 use super::quality::FitQuality;
 use super::witness::Witness;
@@ -194,10 +194,12 @@ pub fn fit(
         power: power(&impacted, &leaf, 0.0)?,
         contact: ContactScale {
             clumping,
-            ..scale("contact_leaf_area_m2", &contact_raw, &leaf, mean(&spot), wood)?
+            ..scale("contact_leaf_area_m2", &contact_raw, &leaf, &length, mean(&spot), wood)?
         },
         witness: share_raw.as_ref().and_then(|share| Witness::of(&length, &contact_raw, share)),
-        share: share_raw.map(|raw| scale("share_leaf_area_m2", &raw, &leaf, 0.0, wood)).transpose()?,
+        share: share_raw
+            .map(|raw| scale("share_leaf_area_m2", &raw, &leaf, &length, 0.0, wood))
+            .transpose()?,
     })
 }
 
@@ -224,11 +226,24 @@ fn ln(values: &[f64]) -> Vec<f64> {
     values.iter().map(|v| v.ln()).collect()
 }
 
-/// Standard deviation of y about a line that was fitted to it; `None` of two rows, which have none.
-fn scatter(line: &FittedLine, x: &[f64], y: &[f64]) -> Option<f64> {
-    let free = x.len().checked_sub(2).filter(|free| *free > 0)?;
-    let squares: f64 = x.iter().zip(y).map(|(&x, &y)| (y - line.at(x)).powi(2)).sum();
-    Some((squares / free as f64).sqrt())
+/// The law of rows of so many metres as they are, from the logarithms of their raw and their true leaf areas a metre; `None` where either does not differ.
+fn own_law(ln_x: &[f64], ln_y: &[f64], length_m: &[f64]) -> Option<FittedRows> {
+    let turned = FittedLine::fit(ln_y, ln_x)
+        .filter(|line| line.slope > 0.0 && Goodness::of_line(line, ln_y, ln_x).r2 >= ALIKE_R2)
+        .map(|line| line.slope.recip());
+    let exponent = turned.or_else(|| FittedLine::fit(ln_x, ln_y).map(|line| line.slope))?;
+    let (mean_x, mean_y) = (mean(ln_x), mean(ln_y));
+    let off = |(x, y): (&f64, &f64)| (y - mean_y - exponent * (x - mean_x)).powi(2);
+    let squares: f64 = ln_x.iter().zip(ln_y).map(off).sum();
+    // Two rows have no scatter about a line.
+    let free = ln_x.len().checked_sub(2).filter(|free| *free > 0);
+    Some(FittedRows {
+        mean_m2_per_m: mean_x.exp(),
+        mean_leaf_area_m2_per_m: mean_y.exp(),
+        exponent,
+        scatter: free.map(|free| (squares / free as f64).sqrt()),
+        row_m: Some(mean(length_m)),
+    })
 }
 
 /// The scale of raw leaf areas `raw`, which a sample has under `key`, this wood taken out.
@@ -236,6 +251,7 @@ fn scale(
     key: &'static str,
     raw: &[f64],
     y: &[f64],
+    length_m: &[f64],
     spot_sd: f64,
     wood: Option<Wood>,
 ) -> Result<ContactScale, FitError> {
@@ -247,14 +263,7 @@ fn scale(
     // The spot's error is of all that was met, and a larger one of the leaves alone.
     let spot_sd = spot_sd * mean(raw) / mean(x);
     let line = FittedLine::through_origin(x, y).ok_or(FitError::NoSpread { key })?;
-    let (ln_x, ln_y) = (ln(x), ln(y));
-    let own = |line: FittedLine| FittedRows {
-        mean_m2_per_m: mean(&ln_x).exp(),
-        mean_leaf_area_m2_per_m: mean(&ln_y).exp(),
-        exponent: line.slope,
-        scatter: scatter(&line, &ln_x, &ln_y),
-    };
-    let fitted = FittedLine::fit(&ln_x, &ln_y).map(own);
+    let fitted = own_law(&ln(x), &ln(y), length_m);
     let good = quality(raw, y, Goodness::of_line(&line, x, y));
     let proportion = ContactScale {
         k: line.slope,
@@ -326,7 +335,7 @@ mod tests {
                 0.8 * x * (1.0 + 0.05 * normal)
             })
             .collect();
-        scale("contact_leaf_area_m2", &x, &y, 0.0, None).expect("rows that differ")
+        scale("contact_leaf_area_m2", &x, &y, &vec![15.0; rows], 0.0, None).expect("rows that differ")
     }
 
     #[test]

@@ -101,6 +101,8 @@ impl<'a> Law<'a> {
             Some(Withheld::OutOfSight)
         } else if sampled.too_dense() > NO_FOLIAGE {
             Some(Withheld::NoFoliage)
+        } else if row.below_ground().is_some() {
+            Some(Withheld::GroundLevel)
         } else if sampled.untold() > UNTOLD {
             Some(Withheld::TooFewBeams)
         } else if row.too_many_leaves(&totals).is_some() {
@@ -109,7 +111,7 @@ impl<'a> Law<'a> {
             Some(Withheld::RowElsewhere)
         } else if calibration.is_none() && sampled.unseen() > MOST_UNSEEN {
             Some(Withheld::MostlyUnseen)
-        } else if row.silent_ground().is_some() {
+        } else if row.silent_ground().is_some() || row.unmet_ground().is_some() {
             Some(Withheld::GroundSilent)
         } else {
             row.other_side_withheld()

@@ -69,7 +69,7 @@ reasons! {
     GroundAsCanopy = 27, "ground_as_canopy", "ground lies among what counts as canopy";
     GroundLevel = 28, "ground_level", "the ground lies so far below where the rig has it that leaves count as ground";
     OutOfSight = 29, "out_of_sight", "no beam leads to most of the row";
-    GroundSilent = 30, "ground_silent", "beams that the rig leads to the ground met nothing";
+    GroundSilent = 30, "ground_silent", "beams that the rig leads to the ground met none";
     VoxelEdge = 31, "voxel_edge", "the calibration was fitted in voxels of quite another edge";
     TooFewBeams = 32, "too_few_beams", "too few beams passed most of the voxels that were hit";
     TooManyLeaves = 33, "too_many_leaves", "more was met on the ground's area than any orchard has leaves";

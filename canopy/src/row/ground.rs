@@ -2,12 +2,11 @@
 
 use super::{Row, Totals};
 use crate::across::Faces;
+use crate::answers::Answers;
 use crate::contact::Sampled;
 use crate::ground_line::OtherSlope;
-use crate::level::{LEAST_CANOPY, LevelSurface};
+use crate::level::{FAR_BELOW_M, LEAST_CANOPY, LevelSurface};
 
-/// Ground that lies lower than the rig has it by more takes leaves with it, metres.
-const FAR_BELOW_M: f64 = 0.35;
 /// Share of the row's room that no beam leads to from which on the row is not seen.
 const OUT_OF_SIGHT: f64 = 0.55;
 /// The same of the crown's height from below: a scanner that looks up at 1.3 m reads a spindle 29 % low, one at 1 m 12 %.
@@ -35,10 +34,20 @@ impl Row {
         self.other_level_m().is_some_and(|level_m| level_m < -FAR_BELOW_M)
     }
 
+    /// Share of the returns that lie far below where the rig has the ground, where it is more than ground can have there.
+    pub(crate) fn below_ground(&self) -> Option<f64> {
+        self.levels.below_ground()
+    }
+
     /// Share of the beams that met something, of those that the rig leads to the ground before the row, where hardly one did.
     pub(crate) fn silent_ground(&self) -> Option<f64> {
         let tells = self.totals.returns.canopy >= LEAST_CANOPY;
         tells.then(|| self.answers.silent_ground(&self.table, &self.frame)).flatten()
+    }
+
+    /// Share of the returns that lie where the rig puts the ground, where there are next to none though it leads beams to the alley.
+    pub(crate) fn unmet_ground(&self) -> Option<f64> {
+        self.levels.no_ground().filter(|_| Answers::leads_to_alley(&self.table, &self.frame))
     }
 
     /// Share of the row that no beam leads to, where it is so much that the row is not seen: of its room, whatever stands there, or of the crown's height from

@@ -20,9 +20,13 @@ pub struct Uncertainty {
     /// Of classes about the one that the estimate holds for, by the transfer study: the properties that differ from it or are not told. `None`
     /// where nothing is known of the row.
     pub between_class: Option<f64>,
-    /// Of rows denser or thinner than those the calibration was fitted on are on average, where they had a larger exponent than the calibration applies,
-    /// and of rows denser or thinner than all of them; without a calibration, of what too few beams reached. `None` where nothing is known of the row.
+    /// Of rows denser or thinner than all that the calibration was fitted on; without a calibration, of what too few beams reached. `None` where nothing is
+    /// known of the row.
     pub density: Option<f64>,
+    /// No standard deviation, but a way: the logarithm of the leaf area that the law of the calibration's own rows tells over the one that is told. The
+    /// interval reaches from the one to the other, and on either side beyond. `None` where these rows had no larger exponent than is applied.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub own_law: Option<f64>,
     /// Of the rows that the calibration was fitted on about their own law: rows of one class differ by so much that the scans do not tell. It stands in the
     /// place of `sampling` where it is larger, for it has the sampling of those rows in it. `None` where the calibration does not say, and without one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -55,10 +59,9 @@ pub struct Uncertainty {
 /// (docs/accuracy.md). A calibration needs no such term: the rows that it was fitted on have hidden voxels, too.
 const BY_HIDDEN: f64 = 2.5;
 
-/// The relative standard deviation of a raw leaf area for what is hidden, by voxels that beams entered and voxels that too few did.
-pub(crate) fn hidden_sd(visited: u64, unvisited: u64) -> f64 {
-    let (seen, hidden) = (visited as f64, unvisited as f64);
-    if hidden > 0.0 { BY_HIDDEN * hidden / (seen + hidden) } else { 0.0 }
+/// The relative standard deviation of a raw leaf area of a row of whose voxels too few beams reached this share.
+pub(crate) fn hidden_sd(unseen: f64) -> f64 {
+    BY_HIDDEN * unseen
 }
 
 /// What a leaf area by two passes differs from that by one, root mean square over two scenes, three models and both optics (`rowscan study sides`, 20 rows
@@ -73,7 +76,14 @@ pub fn combined(relative_sds: impl IntoIterator<Item = f64>) -> f64 {
 
 /// The 95 % interval of a value that factors of this relative standard deviation scatter: value · exp(∓1.96 sd). Never below 0.
 pub fn interval(value: f64, relative_sd: f64) -> [f64; 2] {
-    [value * (-Z95 * relative_sd).exp(), value * (Z95 * relative_sd).exp()]
+    interval_between(value, 0.0, relative_sd)
+}
+
+/// The 95 % interval of what is this value by one law and value · exp(`other_law`) by another one, where either may hold: from the lower one's lower end to the
+/// higher one's higher end.
+pub(crate) fn interval_between(value: f64, other_law: f64, relative_sd: f64) -> [f64; 2] {
+    let half = Z95 * relative_sd;
+    [value * (other_law.min(0.0) - half).exp(), value * (other_law.max(0.0) + half).exp()]
 }
 
 /// What a property adds to the between-class term; `None` where the study did not measure it.
@@ -119,15 +129,20 @@ mod tests {
         assert_eq!(combined([]), 0.0);
         let [low, high] = interval(10.0, 2.0);
         assert!(low > 0.0 && (low * high - 100.0).abs() < 1e-9);
+        for other_law in [-0.5, 0.3] {
+            let [down, up] = interval_between(10.0, other_law, 2.0);
+            let apart = if other_law < 0.0 { (low / down).ln() } else { (up / high).ln() };
+            assert!((apart - other_law.abs()).abs() < 1e-9 && (down == low || up == high), "{down} {up}");
+        }
         // 95 % of a normal law lie within 1.96 standard deviations.
         assert!((interval(1.0, 0.1)[1].ln() - 0.195_996).abs() < 1e-5);
     }
 
     #[test]
     fn what_no_beam_reached_widens_a_raw_leaf_area() {
-        assert_eq!((hidden_sd(0, 0), hidden_sd(100, 0)), (0.0, 0.0));
         // A spindle of LAI 5 by rays, which reads 36 % low, and of LAI 1.
-        assert!((hidden_sd(19_658, 3382) - 0.367).abs() < 1e-3 && hidden_sd(22_754, 286) < 0.04);
+        let of = |seen: f64, unseen: f64| hidden_sd(unseen / (seen + unseen));
+        assert!((of(19_658.0, 3382.0) - 0.367).abs() < 1e-3 && of(22_754.0, 286.0) < 0.04);
     }
 
     #[test]

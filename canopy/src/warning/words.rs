@@ -8,6 +8,7 @@ use rowscan_protocol::plural::plural;
 use super::Warning;
 use crate::class::ClassKey;
 use crate::gate::Exclusion;
+use crate::level::FAR_BELOW_M;
 use crate::odometry::AdvanceSource;
 use crate::remission::RemissionScale;
 
@@ -328,6 +329,12 @@ impl fmt::Display for Warning {
                  `roll_deg`, `orientation`, `roof` and `height_m` with the machine",
                 100.0 * share
             ),
+            Self::GroundUnmet { share } => write!(
+                f,
+                "by the rig beams lead to the ground of the alley, and {:.1} % of the returns lie there: leaf areas are withheld; compare the mount's `roll_deg`, `orientation`, \
+                 `roof` and `height_m` with the machine",
+                100.0 * share
+            ),
             Self::TooFewBeams { share, voxel_m } => write!(
                 f,
                 "{:.0} % of the hits lie in voxels of {voxel_m} m that too few beams passed to tell a density: leaf areas are withheld; leave `voxel_edge_m` out, drive slower, or take a finer resolution",
@@ -386,6 +393,12 @@ impl fmt::Display for Warning {
                 if *level_m > 0.0 { "what stands out of that counts as leaves" } else { "heights are too low by as much, and low leaves are taken for ground" },
                 if *withheld { ", and leaf areas are withheld" } else { "" },
                 if *level_m > 0.0 { ", or raise `ground_clearance_m` above grass and weeds" } else { "" }
+            ),
+            Self::BelowGround { share } => write!(
+                f,
+                "{:.0} % of the returns lie more than {FAR_BELOW_M} m below where the rig puts the ground, and nothing returns from there: leaf areas are withheld; correct the \
+                 mount's `roll_deg` or `height_m`, or, where the ground slopes, the rig's `ground_slope_deg`",
+                100.0 * share
             ),
             Self::BeforeRow { before_m } => write!(
                 f,

@@ -80,16 +80,18 @@ fn an_exponent_that_is_not_applied_widens_the_interval_of_rows_off_the_mean() {
     assert!((rays.p - 1.9).abs() < 1e-9 && wide.p == 1.0, "{rays:?} {wide:?}");
     let rows = wide.fitted.unwrap();
     assert!((rows.exponent - 1.9).abs() < 1e-9, "{rows:?}");
-    assert!(rays.density_sd(4.0) < 1e-9);
+    assert!(rays.density_sd(4.0) < 1e-9 && rays.own_law(4.0).is_none_or(|off| off.abs() < 1e-9));
     // As far as the proportion is off the rows' own law; without canopy nothing is.
     for (x, least) in [(4.0, 0.3), (rows.mean_m2_per_m, 0.05), (8.5, 0.15)] {
-        let off = (wide.k * x / (0.3 * x.powf(1.9))).ln().abs();
-        assert!((wide.density_sd(x) - off).abs() < 1e-9 && off > least, "{x}: {off}");
+        let off = (0.3 * x.powf(1.9) / (wide.k * x)).ln();
+        let own_law = wide.own_law(x).unwrap();
+        assert!((own_law - off).abs() < 1e-9 && off.abs() > least, "{x}: {off}");
+        assert!((own_law > 0.0) == (x > rows.mean_m2_per_m * 1.01), "a dense row may hold more: {x} {off}");
     }
-    assert_eq!((wide.density_sd(0.0), wide.density_sd(f64::NAN)), (0.0, 0.0));
+    assert_eq!([0.0, f64::NAN].map(|x| (wide.density_sd(x), wide.own_law(x))), [(0.0, None); 2]);
     // Scatter makes an exponent below 1 of rows that are alike, and files of older versions know of none.
-    assert_eq!(contact_of(&|_, x| 2.0 * x.powf(0.7), 0.0).density_sd(8.5), 0.0);
-    assert_eq!(ContactScale { fitted: None, ..wide }.density_sd(8.5), 0.0);
+    assert_eq!(contact_of(&|_, x| 2.0 * x.powf(0.7), 0.0).own_law(8.5), None);
+    assert_eq!(ContactScale { fitted: None, ..wide }.own_law(8.5), None);
     // Beyond the fitted rows nobody knows the law, the less the farther; rows of one density tell none at all.
     let beyond = [2.0, 1.0, 17.0, 34.0].map(|x| rays.density_sd(x));
     let expected = [2.0_f64, 4.0, 2.0, 4.0].map(f64::ln);
@@ -101,6 +103,7 @@ fn an_exponent_that_is_not_applied_widens_the_interval_of_rows_off_the_mean() {
     let alike = contact_of(&|i, x| 5.0 + 0.01 * x + [0.3, -0.3][i % 2], 0.0);
     let mean = alike.fitted.unwrap().mean_m2_per_m;
     assert!(alike.quality.r2 < 0.5 && alike.density_sd(mean) < 1e-9, "{alike:?}");
+    assert_eq!(alike.own_law(0.8 * mean), None);
     assert!([0.8, 1.25].iter().all(|off| (alike.density_sd(off * mean) - 1.25_f64.ln()).abs() < 1e-9));
 
     // In an estimate it stands beside the other parts.
@@ -113,21 +116,29 @@ fn an_exponent_that_is_not_applied_widens_the_interval_of_rows_off_the_mean() {
         hedge(600).iter().for_each(|scan| pipeline.push(scan));
         let found = pipeline.finish();
         let [low, high] = found.leaf.interval_m2.unwrap();
-        (found.leaf.uncertainty.unwrap(), found.leaf.areas.best_m2().ok(), (high / low).ln() / (2.0 * 1.96))
+        let leaf_m2 = found.leaf.areas.best_m2().ok();
+        let sds = [leaf_m2.unwrap() / low, high / leaf_m2.unwrap()].map(|ratio| ratio.ln() / 1.96);
+        (found.leaf.uncertainty.unwrap(), leaf_m2, sds)
     };
     calibration.contact.fitted = None;
-    let (_, leaf_m2, narrow_sd) = told(&calibration);
-    let found = told(&calibration).0;
-    assert_eq!(found.density, Some(0.0));
+    let (found, leaf_m2, narrow) = told(&calibration);
+    assert_eq!((found.density, found.own_law), (Some(0.0), None));
     let mean_m2_per_m = 2.0 * contact;
     let mean_leaf_area_m2_per_m = calibration.contact.k * mean_m2_per_m;
-    calibration.contact.fitted =
-        Some(FittedRows { mean_m2_per_m, mean_leaf_area_m2_per_m, exponent: 1.9, scatter: None });
-    let (parts, same_m2, wide_sd) = told(&calibration);
-    let density = parts.density.unwrap();
-    assert_eq!(same_m2, leaf_m2, "the estimate itself stays");
-    assert!(density > 0.3, "{density}");
-    assert!((wide_sd.powi(2) - narrow_sd.powi(2) - density.powi(2)).abs() < 1e-3, "{wide_sd} {narrow_sd}");
+    calibration.contact.fitted = Some(FittedRows {
+        mean_m2_per_m,
+        mean_leaf_area_m2_per_m,
+        exponent: 1.9,
+        scatter: None,
+        row_m: None,
+    });
+    let (parts, same_m2, wide) = told(&calibration);
+    let own_law = parts.own_law.unwrap();
+    assert_eq!((same_m2, parts.density), (leaf_m2, Some(0.0)), "the estimate itself stays");
+    // Thinner than the fitted rows: by their own law it holds less, and the interval reaches there, and above no farther than before.
+    assert!(own_law < -0.3, "{own_law}");
+    assert!((1.96 * (wide[0] - narrow[0]) + own_law).abs() < 1e-3, "{wide:?} {narrow:?}");
+    assert!((wide[1] - narrow[1]).abs() < 1e-9, "{wide:?} {narrow:?}");
     // What the rows scatter stands for the sampling where it is larger.
     for (scatter, larger) in [(0.0, false), (parts.sampling.unwrap() / 2.0, false), (0.2, true)] {
         calibration.contact.fitted.as_mut().unwrap().scatter = Some(scatter);
@@ -136,8 +147,8 @@ fn an_exponent_that_is_not_applied_widens_the_interval_of_rows_off_the_mean() {
         let sampling = parts.sampling.unwrap();
         let grown = if larger { scatter.powi(2) - sampling.powi(2) } else { 0.0 };
         assert!(
-            sampling < 0.2 && (sd.powi(2) - wide_sd.powi(2) - grown).abs() < 1e-3,
-            "{scatter}: {sd} {wide_sd}"
+            sampling < 0.2 && (sd[1].powi(2) - wide[1].powi(2) - grown).abs() < 1e-3,
+            "{scatter}: {sd:?} {wide:?}"
         );
     }
 }
@@ -145,7 +156,7 @@ fn an_exponent_that_is_not_applied_widens_the_interval_of_rows_off_the_mean() {
 /// Rows about a power law by this much: a fit finds how much, and a file without it is read as before.
 #[test]
 fn a_fit_tells_what_its_rows_scatter_about_their_own_law() {
-    let of = |calibration: &Calibration| calibration.contact.scatter_sd();
+    let of = |calibration: &Calibration| calibration.contact.scatter_sd(1000.0);
     assert!(of(&line_on(&rows(|i| 3.7 * i.powf(1.5)))).is_some_and(|sd| sd < 1e-9));
     // Contact is of the unscattered law: ln of the factors about the line through them, by brute force.
     let found = of(&line_on(&scattered())).unwrap();
@@ -157,11 +168,24 @@ fn a_fit_tells_what_its_rows_scatter_about_their_own_law() {
     let sxx: f64 = x.iter().map(|x| (x - mx).powi(2)).sum();
     let sxy: f64 = x.iter().zip(&y).map(|(x, y)| (x - mx) * (y - my)).sum();
     let syy: f64 = y.iter().map(|y| (y - my).powi(2)).sum();
-    let expected = ((syy - sxy * sxy / sxx) / 4.0).sqrt();
+    // Leaf areas were chosen and raw ones scatter: the line of x on y, turned round.
+    let exponent = syy / sxy;
+    let fitted = line_on(&scattered()).contact.fitted.unwrap();
+    assert!((fitted.exponent - exponent).abs() < 1e-9 && exponent > sxy / sxx);
+    let expected = ((syy - 2.0 * exponent * sxy + exponent * exponent * sxx) / 4.0).sqrt();
     assert!((found - expected).abs() < 1e-9 && found > 0.05, "{found} {expected}");
-    let mut bad = line_on(&scattered());
-    bad.contact.fitted.as_mut().unwrap().scatter = Some(-0.1);
-    assert!(bad.validate().is_err_and(|why| why.to_string().contains("contact.fitted.scatter")));
+    // A row of a quarter of their length scatters twice as much, a longer one not less.
+    let row_m = fitted.row_m.unwrap();
+    let of_length = |times: f64| line_on(&scattered()).contact.scatter_sd(times * row_m).unwrap();
+    assert!((of_length(0.25) - 2.0 * found).abs() < 1e-9 && of_length(4.0) == found);
+    type Spoil = fn(&mut FittedRows);
+    let spoils: [(&str, Spoil); 2] =
+        [("scatter", |rows| rows.scatter = Some(-0.1)), ("row_m", |rows| rows.row_m = Some(0.0))];
+    for (key, spoil) in spoils {
+        let mut bad = line_on(&scattered());
+        spoil(bad.contact.fitted.as_mut().unwrap());
+        assert!(bad.validate().is_err_and(|why| why.to_string().contains(&format!("contact.fitted.{key}"))));
+    }
 }
 
 #[test]

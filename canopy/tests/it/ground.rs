@@ -272,6 +272,33 @@ fn a_leaf_area_that_is_told_has_no_ground_in_it() {
     }
 }
 
+/// A roll that is wrong by any angle, all around.
+#[test]
+fn no_leaf_area_is_told_by_a_roll_that_is_far_off() {
+    for rows in &ROWS[..2] {
+        for height_m in [1.2, 1.6, 2.4] {
+            let mut real = on_a_slope(rows, 0.0).0;
+            real.scanners[0].height_m = height_m;
+            let scans = scans_on_a_slope(&real, lms111(), height_m, 0.0);
+            let of = |off_deg: i32| {
+                let mut told = real.clone();
+                told.scanners[0].roll_deg = f64::from(off_deg);
+                estimate(&told, &scans)
+            };
+            assert!(of(0).leaf.areas.contact_raw_m2().is_ok_and(|leaf_m2| leaf_m2 > 1.0));
+            for off_deg in (-180_i32..180).step_by(5).filter(|off_deg| off_deg.abs() > 5) {
+                let found = of(off_deg);
+                let leaf_m2 = found.leaf.areas.contact_raw_m2();
+                assert!(
+                    leaf_m2.is_err(),
+                    "{rows:?} {height_m} m, {off_deg}°: {leaf_m2:?} {:?}",
+                    found.warnings
+                );
+            }
+        }
+    }
+}
+
 /// Half of the drive is in an alley driven back, where the tractor has the slope's upper side on its other hand.
 #[test]
 fn an_alley_driven_back_has_the_other_slope_and_that_is_told() {

@@ -50,13 +50,13 @@ pub struct FrameCounts {
     /// Bytes that are part of no good frame.
     pub skipped_bytes: u64,
     /// Stretches of such bytes behind the first good frame in which no broken frame begins: what has lost its start, or was never one.
-    pub strays: u64,
+    pub junk_stretches: u64,
 }
 
 impl FrameCounts {
     /// Stretches of a stream that were no good frames, between good ones: broken frames, and what does not even begin as one.
     pub fn damaged(&self) -> u64 {
-        self.bad + self.strays
+        self.bad + self.junk_stretches
     }
 }
 
@@ -107,7 +107,7 @@ pub struct FrameDecoder {
     sums_from: usize,
     ended: bool,
     /// No good frame has come since bytes were skipped that have been counted.
-    is_astray: bool,
+    in_junk: bool,
     counts: FrameCounts,
 }
 
@@ -127,7 +127,7 @@ impl FrameDecoder {
             sums: Vec::new(),
             sums_from: 0,
             ended: false,
-            is_astray: false,
+            in_junk: false,
             counts: FrameCounts::default(),
         }
     }
@@ -195,7 +195,7 @@ impl FrameDecoder {
                     self.start += len;
                     self.examined = 0;
                     (self.suspect_until, self.broken_until) = (0, 0);
-                    self.is_astray = false;
+                    self.in_junk = false;
                     self.drop_sums();
                     self.counts.frames += 1;
                     return Some((dialect, start, start + header..start + header + payload, len));
@@ -206,7 +206,7 @@ impl FrameDecoder {
                 }
                 Probe::Incomplete { .. } => self.reject(self.buffer.len() - self.start),
                 Probe::Broken { extent } => self.reject(extent),
-                Probe::NotAFrame => self.stray(1),
+                Probe::NotAFrame => self.skip_junk(1),
             }
         }
     }
@@ -239,15 +239,15 @@ impl FrameDecoder {
         match junk {
             0 => {}
             _ if is_padding => self.skip(junk),
-            _ => self.stray(junk),
+            _ => self.skip_junk(junk),
         }
     }
 
     /// Skips bytes that begin no frame.
-    fn stray(&mut self, bytes: usize) {
-        let is_new = !self.is_astray && self.start >= self.broken_until && self.counts.frames > 0;
-        self.counts.strays += u64::from(is_new);
-        self.is_astray |= is_new;
+    fn skip_junk(&mut self, bytes: usize) {
+        let is_new = !self.in_junk && self.start >= self.broken_until && self.counts.frames > 0;
+        self.counts.junk_stretches += u64::from(is_new);
+        self.in_junk |= is_new;
         self.skip(bytes);
     }
 
@@ -261,7 +261,7 @@ impl FrameDecoder {
         if self.start >= self.broken_until {
             self.counts.bad += 1;
             // What is left of it behind its claim is not damaged once more.
-            self.is_astray = true;
+            self.in_junk = true;
             self.broken_until = self.start + extent;
             self.broken_is_whole = extent > HEADER;
         } else if !self.broken_is_whole {
