@@ -22,8 +22,8 @@ pub(crate) const LEAST_CANOPY: u64 = 1000;
 
 /// Ground that lies lower than the rig has it by more takes leaves with it, metres.
 pub(crate) const FAR_BELOW_M: f64 = 0.35;
-/// Share of all returns so far below the ground that the rig tells from which on the rig has it wrong: nothing returns from below the ground, but what was
-/// reflected twice, and furrows. A roll that is wrong by 40° to 100° puts a seventh and more there.
+/// Share of the alley's returns so far below the ground that the rig tells from which on the rig has it wrong: nothing returns from below the ground, but what
+/// was reflected twice, and furrows. A roll that is wrong by 40° to 100° puts a seventh and more there.
 const BELOW_SHARE: f64 = 0.1;
 
 /// The canopy's returns by height.
@@ -32,12 +32,14 @@ pub(crate) struct Levels {
     bins: [u64; BINS],
     returns: u64,
     ground: u64,
+    /// Returns of the alley, before the row axis, and those far below its ground.
+    alley: u64,
     far_below: u64,
 }
 
 impl Default for Levels {
     fn default() -> Self {
-        Self { bins: [0; BINS], returns: 0, ground: 0, far_below: 0 }
+        Self { bins: [0; BINS], returns: 0, ground: 0, alley: 0, far_below: 0 }
     }
 }
 
@@ -60,17 +62,21 @@ impl Levels {
         }
     }
 
-    /// Adds a return of the ground, at this height above the one that the rig tells.
-    pub(crate) fn add_ground(&mut self, above_m: f64) {
+    /// Counts a return of the ground.
+    pub(crate) fn add_ground(&mut self) {
         self.ground += 1;
+    }
+
+    /// Counts a return before the row axis, at this height above the ground that the rig tells. What lies behind may fall away: a ditch, a lower terrace.
+    pub(crate) fn add_alley(&mut self, above_m: f64) {
+        self.alley += 1;
         self.far_below += u64::from(above_m < -FAR_BELOW_M);
     }
 
-    /// Share of the returns far below the ground that the rig tells, where it is more than ground can have there.
+    /// Share of the alley's returns far below the ground that the rig tells, where it is more than ground can have there.
     pub(crate) fn below_ground(&self) -> Option<f64> {
-        let all = self.returns + self.ground;
-        let share = self.far_below as f64 / all.max(1) as f64;
-        (all >= LEAST_CANOPY && share > BELOW_SHARE).then_some(share)
+        let share = self.far_below as f64 / self.alley.max(1) as f64;
+        (self.returns + self.ground >= LEAST_CANOPY && share > BELOW_SHARE).then_some(share)
     }
 
     /// Share of the returns that are ground, where it is next to nothing.

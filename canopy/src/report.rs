@@ -206,6 +206,9 @@ fn tell_how_sure(
             amplified * uncertainty::combined([SHARES_SD, BY_POWER * power_sd])
         }),
         min_share: Some(pass.row.least_share_relative_sd()).filter(|sd| *sd > 0.0).map(|sd| amplified * sd),
+        distance: Some(pass.mount.distance_sd_m)
+            .filter(|sd_m| *sd_m > 0.0)
+            .map(|sd_m| amplified * uncertainty::distance_sd(pass.row.sampled_so_far().hidden(), sd_m)),
         voxels: law.other_edge().and_then(|other| other.relative_sd).map(|sd| amplified * sd),
         sides: estimate.other_side.map(|_| amplified * uncertainty::SIDES_SD),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
@@ -219,8 +222,9 @@ fn tell_how_sure(
     let (of_density, of_remission) = (parts.density.unwrap_or(0.0), parts.remission.unwrap_or(0.0));
     let (of_factor, of_share) = (parts.calibration.unwrap_or(0.0), parts.min_share.unwrap_or(0.0));
     let (of_sides, of_wood) = (parts.sides.unwrap_or(0.0), parts.wood.unwrap_or(0.0));
-    let of_voxels = parts.voxels.unwrap_or(0.0);
-    let others = [of_density, of_wood, of_factor, of_remission, of_share, of_spot, of_sides, of_voxels];
+    let (of_voxels, of_distance) = (parts.voxels.unwrap_or(0.0), parts.distance.unwrap_or(0.0));
+    let others =
+        [of_density, of_wood, of_factor, of_remission, of_share, of_spot, of_sides, of_voxels, of_distance];
     let about = parts
         .sampling
         .map(|sampling| sampling.max(parts.rows.unwrap_or(0.0)))

@@ -308,13 +308,16 @@ impl Row {
             };
             if place.is_some() {
                 self.ground.add(x_m, z_m);
+                if x_m < self.frame.distance_m {
+                    self.levels.add_alley(above_ground_m);
+                }
             }
             let mut canopy = None;
             match place {
                 None => {}
                 Some(Place::Ground) => {
                     self.totals.returns.ground += 1;
-                    self.levels.add_ground(above_ground_m);
+                    self.levels.add_ground();
                 }
                 Some(Place::Far) => self.totals.returns.far += 1,
                 Some(Place::Canopy { x_m, z_m }) => {

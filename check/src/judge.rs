@@ -164,6 +164,13 @@ fn counted(scenario: &Scenario, expect: &Expect, count: Count, run: &RunRecord) 
     }
     let before = from.map(|from| stream.counts_at(from)).unwrap_or_default();
     let after = to.map_or(stream.counts(), |to| stream.counts_at(to));
+    let untold = after.untold.saturating_sub(before.untold);
+    if count == Count::ScansLost && untold > 0 {
+        return Err(format!(
+            "{name} of {id}: unknown: {id} does not count its scans, or began to count anew, as after `power`, and nobody can tell how many were lost meanwhile; \
+             expect it `after` that or `between` other events, or a `first_scan` or the `log` instead"
+        ));
+    }
     let found = after.of(count).saturating_sub(before.of(count));
     let not_sent = after.not_sent.saturating_sub(before.not_sent);
     let by_device = expect.equals_text.is_some();

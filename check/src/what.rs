@@ -138,7 +138,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "scans_lost",
         keys: COUNT,
-        tells: "scan telegrams missing by their counters, over all connections to the device, from the first that went out to a client to the end of the run: what the device made after the last delivered scan is missing, too",
+        tells: "scan telegrams missing by their counters, over all connections to the device, from the first that went out to a client to the end of the run: what the device made after the last delivered scan is missing, too; unknown where the device does not count its scans, or began to count anew",
         kind: Kind::Count(Count::ScansLost),
     },
     What {
@@ -168,7 +168,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "unheard_s",
         keys: &["on", "equals", "above", "below", "between"],
-        tells: "how long in the drive nobody took the device's scans, simulated seconds: no connection has asked for them",
+        tells: "how long in the drive nobody took the device's scans, simulated seconds: no connection has asked for them, or a request has stopped the device",
         kind: Kind::Unheard,
     },
     What {

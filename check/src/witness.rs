@@ -126,6 +126,7 @@ impl Stream {
         Counts {
             scans: self.counting.scans,
             scans_lost: self.counting.lost + self.lost_at_end + self.lost_before,
+            untold: self.counting.untold(),
             scans_repeated: self.counting.repeated,
             segments_lost: self.segments_lost.unwrap_or_default(),
             telegrams_bad: self.bad,

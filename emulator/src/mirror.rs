@@ -113,7 +113,13 @@ impl MirrorSource {
         let telegram = Telegram::measure(&self.shared, at, &self.world, &self.audience);
         let streamed = heard && telegram.is_some() && self.stream(mirror, at);
         self.turns.advance(mirror);
-        let Some(telegram) = telegram else { return false };
+        let Some(telegram) = telegram else {
+            // Who has stopped the device takes no scans; what goes wrong with it is nobody's silence.
+            if firing.driving && self.shared.device().is_stopped() {
+                self.time_silence(false, self.turns.next().elapsed().saturating_sub(at.elapsed()));
+            }
+            return false;
+        };
         self.last_scan = Some(LastScan { at, telegram_counter: Some(telegram.counter()) });
         self.shared.counts.numbered.store(u32::from(telegram.counter()) + 1, Ordering::Relaxed);
         if !self.audience.is_empty() {
@@ -177,10 +183,15 @@ impl MirrorSource {
         streamed
     }
 
-    /// Adds a scan's time to that in which nobody listens; a client that polls listens between its polls.
+    /// Adds a turn's time to that in which nobody takes scans; a client that polls listens between its polls.
     fn time_silence(&self, taken: bool, time: Duration) {
         let counts = &self.shared.counts;
-        if taken || (self.shared.polls_take_scans() && self.shared.roster.size() > 0) {
+        let polls = || {
+            self.shared.polls_take_scans()
+                && self.shared.roster.size() > 0
+                && !self.shared.device().is_stopped()
+        };
+        if taken || polls() {
             counts.silence_ns.store(0, Ordering::Relaxed);
         } else {
             let time_ns = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);

@@ -132,7 +132,7 @@ pub(crate) struct Counts {
     pub(crate) dropped: AtomicU64,
     pub(crate) missed: AtomicU64,
     pub(crate) unheard: AtomicU64,
-    /// Nanoseconds of the drive in which it measured and nobody took scans; all, and since somebody last did.
+    /// Nanoseconds of the drive in which nobody took scans, or a request had stopped the device; all, and since somebody last did.
     pub(crate) unheard_ns: AtomicU64,
     pub(crate) silence_ns: AtomicU64,
     /// One more than the number in the last scan telegram; 0 before the first.
@@ -161,7 +161,7 @@ pub struct EmulatorCounts {
     pub last_counter: Option<u16>,
     /// The number in the first scan telegram that went out to a taker.
     pub first_taken: Option<u16>,
-    /// How long in the drive it measured and nobody took scans.
+    /// How long in the drive nobody took scans, or a request had stopped the device.
     pub unheard: Duration,
     /// The same since somebody last took a scan.
     pub silence: Duration,

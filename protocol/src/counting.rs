@@ -230,10 +230,15 @@ impl Counting {
         (self.periods_s > 0.0 && self.counts()).then(|| self.periods as f64 / self.periods_s)
     }
 
-    /// Telegrams missing by the counters; none where the device does not count, or began to count anew: what was missing before and behind that is not
-    /// known. Where the clock alone jumped, it is.
+    /// Telegrams missing by the counters; none where some of it is [`Self::untold`].
     pub fn all_lost(&self) -> Option<u64> {
-        (self.counted_anew == 0 && self.counts()).then_some(self.lost)
+        (self.untold() == 0).then_some(self.lost)
+    }
+
+    /// How often nobody can tell what is missing: a device that does not count gave a line, or one began to count anew, so that what was missing before and behind
+    /// that is not known. Where the clock alone jumped, it is.
+    pub fn untold(&self) -> u64 {
+        self.counted_anew + self.uncounted
     }
 
     /// Turns of the mirror of which the scanner made no telegram, beyond its output interval. A virtual scanner leaves turns out where its host is too

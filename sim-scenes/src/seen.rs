@@ -65,7 +65,7 @@ impl Orchard {
         let (along, heights) = grid.bins(self.period_m())?;
         let first = row * self.trees_per_row();
         let axis_m = self.row_spacing_m().map_or(0.0, |spacing_m| row as f64 * spacing_m);
-        let foot_m = i32::try_from(row).map_or(0.0, |row| self.foot_m(row));
+        let foot_m = self.foot_of_trees_m(row);
         let look = Look { caster, mirror_m: [axis_m + track.aside_m, foot_m + track.height_m], foot_m };
         let trees: Vec<Cow<'_, Tree>> = self.trees_of_row(row).collect();
         let asked: Vec<BTreeMap<(i64, i64), Asked>> = trees

@@ -147,7 +147,7 @@ async fn live(
     scanners.shutdown().await;
     // Dropped on the way out, the recording goes if nothing has come.
     ended?;
-    Ok(taping.finish_unless_empty())
+    Ok(taping.finish())
 }
 
 /// What is recorded beside the scanners, opened.

@@ -138,21 +138,12 @@ impl Taping {
         }
     }
 
-    /// Ends the file and tells what it holds. A finding if the recording is not whole; the command's own work was done.
+    /// Ends the file and tells what it holds; one in which nothing came from a device is not kept, for no command could read it. A finding if the recording is
+    /// not whole; the command's own work was done.
     pub(super) fn finish(mut self) -> Outcome {
         let Some(Running { recorder, path, .. }) = self.0.take() else { return Outcome::Done };
-        // A failure was told when it happened.
-        let Ok(recorded) = recorder.finish() else { return Outcome::Finding };
-        tell(&path, &recorded);
-        if recorded.lost > 0 { Outcome::Finding } else { Outcome::Done }
-    }
-}
-
-impl Taping {
-    /// The same where the recording is all that was asked for: one in which nothing came is not kept.
-    pub(super) fn finish_unless_empty(mut self) -> Outcome {
-        let Some(Running { recorder, path, .. }) = self.0.take() else { return Outcome::Done };
         let file = recorder.new_file();
+        // A failure was told when it happened.
         let Ok(recorded) = recorder.finish() else { return Outcome::Finding };
         if recorded.from_device == 0 && file.discard().is_ok() {
             say(format_args!("nothing was recorded: {} is not kept", name_of(&path)));

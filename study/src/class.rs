@@ -6,7 +6,8 @@ use rowscan_scenes::{GeneratorKind, Scene, Truth};
 /// The class of a scene's first row, of which this is the truth.
 pub fn row_class(scene: &Scene, truth: &Truth) -> RowClass {
     let leaves: usize = truth.trees.iter().map(|tree| tree.leaves).sum();
-    let wood_m2 = truth.wood_area_m2 + truth.post_area_m2 + truth.wire_area_m2;
+    // Fruit stops beams, and is no leaf.
+    let wood_m2 = truth.wood_area_m2 + truth.post_area_m2 + truth.wire_area_m2 + truth.fruit_area_m2;
     let surface_m2 = wood_m2 + 2.0 * truth.leaf_area_m2;
     let preset = match scene.orchard.generator() {
         GeneratorKind::Hmt | GeneratorKind::Trained => scene.orchard.preset.to_string(),

@@ -73,6 +73,42 @@ fn scans_that_are_lost_before_the_first_delivered_one_count() {
     assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
 }
 
+/// Who stops the scanner gets no scans, and none are lost: neither passes for listening.
+#[test]
+fn a_controller_that_stops_the_scanner_takes_no_scans() {
+    if !has_python() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = "import socket, sys\nhost, port = sys.argv[1].split(':')\nlink = socket.create_connection((host, int(port)))\n\
+        link.sendall(b'\\x02sEN LMDscandata 1\\x03')\nprint('connected', flush=True)\nseen = b''\nstop = sys.argv[2].encode()\n\
+        while data := link.recv(65536):\n    seen += data\n    if stop and seen.count(b'sSN LMDscandata') > 20:\n        \
+        link.sendall(b'\\x02sMN SetAccessMode 03 F4724744\\x03\\x02sMN ' + stop + b'\\x03')\n        stop = b''\n";
+    std::fs::write(folder.path().join("client.py"), program).expect("written");
+    let path = folder.path().join("stops.toml");
+    let check = |stop: &str, expects: &str| {
+        let written = format!(
+            "version = 1\nscene = \"spindle\"\nend = {{ s = 1 }}\nclock = {{ mode = \"lockstep\", ack = {{ sut = \"idle\" }} }}\n\
+             expect = [{expects}]\n[[device]]\nid = \"left\"\nmodel = \"lms111\"\n[[run]]\nid = \"sut\"\n\
+             command = [\"python3\", \"{{scenario}}/client.py\", \"{{left.tcp}}\", \"{stop}\"]\nready = {{ line = \"connected\" }}\n"
+        );
+        std::fs::write(&path, written).expect("written");
+        run(&["check", text(&path)])
+    };
+    let (lost, unheard) = ("{ what = \"scans_lost\", equals = 0 }", "{ what = \"unheard_s\", equals = 0 }");
+    for stop in ["LMCstopmeas", "LMCstandby"] {
+        let ended = check(stop, lost);
+        assert_eq!(ended.code, Some(2), "{stop}: {}{}", ended.stdout, ended.stderr);
+        assert_says(&ended.stdout, &["somebody listens at the end", "nobody had taken scans of `left`"]);
+        let ended = check(stop, unheard);
+        assert_eq!(ended.code, Some(1), "{stop}: {}{}", ended.stdout, ended.stderr);
+        let ended = check(stop, "{ what = \"unheard_s\", between = [0.4, 0.7] }");
+        assert_eq!(ended.code, Some(0), "{stop}: {}{}", ended.stdout, ended.stderr);
+    }
+    let ended = check("", &format!("{lost}, {unheard}"));
+    assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
+}
+
 /// CoLa A has no checksum that could be wrong.
 #[test]
 fn a_fault_that_could_act_on_nothing_has_not_acted_and_is_no_pass() {

@@ -100,6 +100,17 @@ fn a_hang_up_closes_a_recording() {
 }
 
 #[test]
+fn a_recording_in_which_nothing_came_is_not_kept() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.mcap");
+    // Nobody connects.
+    let args = ["emulate", "--tcp", "127.0.0.1:0", "--record", path.to_str().expect("UTF-8")];
+    let ended = signalled(&args, "INT", Duration::from_secs(2));
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    assert!(ended.stderr.contains("nothing was recorded") && !path.exists(), "{}", ended.stderr);
+}
+
+#[test]
 fn an_interrupted_estimate_prints_what_it_has() {
     let emulator = Emulator::start(&["--time-scale", "1"]);
     let ended = interrupted(

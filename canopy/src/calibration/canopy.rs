@@ -18,7 +18,7 @@ pub struct CanopyClass {
     /// What made the trees: a generator's name, or `real`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub generator: Option<String>,
-    /// Wood's share of all surface that stops beams: lateral surface of wood, posts and wires over that and both faces of the leaves.
+    /// Share of all surface that stops beams and is no leaf: lateral surface of wood, posts and wires, and fruit, over that and both faces of the leaves.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wood_share: Option<f64>,
 }

@@ -17,8 +17,10 @@ const NO_FOLIAGE: f64 = 0.25;
 /// Share of the hits in voxels that too few beams passed from which on a leaf area is none.
 const UNTOLD: f64 = 0.5;
 /// Share of the row's voxels that too few beams reached from which on a leaf area without a calibration is a guess: its interval is a factor of eighty wide.
-/// Dense rows through wide beams hide a third (mature trees of LAI 5: 0.35). The rows of a calibration hide as much as its own class does.
+/// Dense rows through wide beams hide a third (mature trees of LAI 5: 0.35).
 const MOST_UNSEEN: f64 = 0.45;
+/// The same with a calibration, whose own rows hide a part, too: mature trees of LAI 5 through wide beams from 1 m half of theirs.
+const MOST_UNSEEN_CALIBRATED: f64 = 0.6;
 
 /// Of what rows differ by, a regression must tell this share, of rows that were not fitted: else the rows' mean is as good.
 const LEAST_R2: f64 = 0.5;
@@ -109,7 +111,7 @@ impl<'a> Law<'a> {
             Some(Withheld::TooManyLeaves)
         } else if row.elsewhere(&totals, &sampled).is_some() {
             Some(Withheld::RowElsewhere)
-        } else if calibration.is_none() && sampled.unseen() > MOST_UNSEEN {
+        } else if sampled.unseen() > most_unseen(calibration, sampled.hits) {
             Some(Withheld::MostlyUnseen)
         } else if row.silent_ground().is_some() || row.unmet_ground().is_some() {
             Some(Withheld::GroundSilent)
@@ -316,6 +318,11 @@ impl<'a> Law<'a> {
             regression,
         }
     }
+}
+
+/// Share of the row's voxels that too few beams reached from which on nothing is told. Of a row that no beam met a calibration knows nothing.
+fn most_unseen(calibration: Option<&Calibration>, hits: u64) -> f64 {
+    if calibration.is_some() && hits > 0 { MOST_UNSEEN_CALIBRATED } else { MOST_UNSEEN }
 }
 
 /// Whether leaf areas go by how the row's leaves stand: what was fitted so must be applied so.

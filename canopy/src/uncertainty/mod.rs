@@ -44,6 +44,9 @@ pub struct Uncertainty {
     /// Of how well the smallest share of a spot is known that is an echo; `None` where the rig does not say.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_share: Option<f64>,
+    /// Of how well the distance to the row axis is known, by how much of the canopy is hidden; `None` where the rig does not say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance: Option<f64>,
     /// Of voxels of another edge than the calibration was fitted in; `None` elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub voxels: Option<f64>,
@@ -62,6 +65,16 @@ const BY_HIDDEN: f64 = 2.5;
 /// The relative standard deviation of a raw leaf area of a row of whose voxels too few beams reached this share.
 pub(crate) fn hidden_sd(unseen: f64) -> f64 {
     BY_HIDDEN * unseen
+}
+
+/// What a leaf area differs by where the row axis lies elsewhere, relative a metre and a canopy of which all is hidden: what is hidden is taken for the
+/// mirror image of what was seen, about that axis. Root mean square over seven training systems, LAI 0.6 to 5, rays and spots, 0.1 and 0.2 m off: in proportion
+/// to what is hidden, 0.3 a metre where that is a tenth and 1.4 where it is six tenths.
+const BY_DISTANCE: f64 = 2.4;
+
+/// The relative standard deviation of a leaf area by how well the distance is known, where this share of the canopy is hidden.
+pub(crate) fn distance_sd(hidden: f64, distance_sd_m: f64) -> f64 {
+    BY_DISTANCE * hidden * distance_sd_m
 }
 
 /// What a leaf area by two passes differs from that by one, root mean square over two scenes, three models and both optics (`rowscan study sides`, 20 rows

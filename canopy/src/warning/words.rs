@@ -396,7 +396,7 @@ impl fmt::Display for Warning {
             ),
             Self::BelowGround { share } => write!(
                 f,
-                "{:.0} % of the returns lie more than {FAR_BELOW_M} m below where the rig puts the ground, and nothing returns from there: leaf areas are withheld; correct the \
+                "{:.0} % of the returns before the row lie more than {FAR_BELOW_M} m below where the rig puts the ground, and nothing returns from there: leaf areas are withheld; correct the \
                  mount's `roll_deg` or `height_m`, or, where the ground slopes, the rig's `ground_slope_deg`",
                 100.0 * share
             ),

@@ -15,6 +15,7 @@ mod impacted_area;
 mod leaning;
 mod profile;
 mod row_axis;
+mod rows_law;
 mod share;
 mod validity;
 mod window;

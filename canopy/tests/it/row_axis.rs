@@ -47,6 +47,36 @@ fn what_is_told_of_a_row_hangs_little_on_where_its_axis_is_believed_to_be() {
 }
 
 #[test]
+fn how_well_the_distance_is_known_widens_the_interval_by_what_is_hidden() {
+    let of = |off_m: f64, distance_sd_m: f64, scans: &[Scan]| {
+        let mut rig = rig();
+        rig.scanners[0].distance_m += off_m;
+        rig.scanners[0].distance_sd_m = distance_sd_m;
+        let found = estimate_with(&rig, parameters(), scans);
+        (found.leaf.areas.best_m2().ok(), found.leaf.uncertainty.unwrap().distance)
+    };
+    let mut sds = Vec::new();
+    for (thick_m, density) in [(1.0, 0.3), (1.0, 0.7), (1.2, 1.0), (0.6, 8.0), (1.0, 4.0), (1.0, 6.0)] {
+        let scans = turbid(thick_m, density, 400, 11);
+        let (right_m2, none) = of(0.0, 0.0, &scans);
+        assert_eq!(none, None, "nobody says how well it is known");
+        for off_m in [-0.2, -0.1, 0.1, 0.2_f64] {
+            let (found_m2, sd) = of(off_m, off_m.abs(), &scans);
+            let Some((found_m2, sd)) = found_m2.zip(sd) else { continue };
+            let off = (found_m2 / right_m2.unwrap()).ln();
+            // And 3 % that another grid of voxels makes.
+            assert!(off.abs() <= 1.96 * sd + 0.03, "{thick_m} {density} {off_m}: {off} {sd}");
+            assert!(
+                of(off_m, 2.0 * off_m.abs(), &scans).1.is_some_and(|twice| (twice - 2.0 * sd).abs() < 1e-12)
+            );
+        }
+        sds.push(of(0.0, 0.1, &scans).1.unwrap());
+        assert_eq!(of(0.0, 0.1, &scans).0, right_m2, "the number stays");
+    }
+    assert!(sds[0] < 0.01 && sds[5] > 0.05, "{sds:?}");
+}
+
+#[test]
 fn a_row_of_which_only_the_near_face_is_seen_is_not_told_either() {
     // 12 m² of leaves a m³: beams end within 0.7 m, before the axis.
     let (found, warnings) = told_at(DISTANCE_M, &turbid(1.5, 12.0, 400, 5));

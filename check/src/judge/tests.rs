@@ -143,6 +143,25 @@ fn counts() {
     ]);
 }
 
+/// What was lost before and behind the restart nobody can tell, and it is no 0.
+#[test]
+fn what_a_device_that_began_to_count_anew_lost_is_unknown() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (witness, telegrams) = bench(90);
+    deliver(&witness, telegrams[80..].iter().chain(&telegrams[..3]));
+    let streams = witness.close(true);
+    assert_eq!(streams["left"].counts().untold, 1, "{:?}", streams["left"].counts());
+    let run = RunRecord { streams, ..record(folder.path()) };
+    let tried = Runs { all: vec![run], without_faults: None, bless: false };
+    for bounds in ["equals = 0", "above = 0", "equals = \"device\""] {
+        let (found, message) = verdict(&format!("what = \"scans_lost\", {bounds}"), &tried, folder.path());
+        assert_eq!(found, Error, "{bounds}: {message}");
+        assert!(message.contains("began to count anew"), "{message}");
+    }
+    let repeated = verdict("what = \"scans_repeated\", equals = 0", &tried, folder.path());
+    assert_eq!(repeated.0, Passed, "{}", repeated.1);
+}
+
 #[test]
 fn measures() {
     holds(&[

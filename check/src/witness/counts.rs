@@ -7,6 +7,8 @@ use crate::what::Count;
 pub(crate) struct Counts {
     pub(crate) scans: u64,
     pub(crate) scans_lost: u64,
+    /// How often nobody can tell how many scans are lost.
+    pub(crate) untold: u64,
     pub(crate) scans_repeated: u64,
     pub(crate) segments_lost: u64,
     pub(crate) telegrams_bad: u64,

@@ -19,6 +19,14 @@ impl Device {
             && !self.motor_fails()
     }
 
+    /// True where a request keeps it from measuring: a stop, a standby, a login that has not ended, or an application that was switched off.
+    pub fn is_stopped(&self) -> bool {
+        let Condition { activity, held_by_login, .. } = self.condition;
+        matches!(activity, Activity::Standby | Activity::Stopped)
+            || held_by_login
+            || !self.settings.applications.ranging
+    }
+
     /// True while it starts up after power-up and answers nothing.
     pub fn is_silent(&self, now: SimTime) -> bool {
         now < self.condition.silent_until

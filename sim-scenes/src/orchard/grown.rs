@@ -111,9 +111,14 @@ impl Orchard {
         self.ground.rise * f64::from(row) * self.row_spacing_m.unwrap_or(0.0)
     }
 
+    /// The same of a row of trees, by its number among them.
+    pub(crate) fn foot_of_trees_m(&self, row: usize) -> f64 {
+        i32::try_from(row).map_or(0.0, |row| self.foot_m(row))
+    }
+
     /// The trees of one row with heights from the row's foot, X and Y as in the scene: what tells a row's own heights looks at these.
     pub fn trees_from_foot(&self, row: usize) -> impl ExactSizeIterator<Item = Cow<'_, Tree>> + Clone {
-        let foot_m = i32::try_from(row).map_or(0.0, |row| self.foot_m(row));
+        let foot_m = self.foot_of_trees_m(row);
         let down = Placement::at([0.0, 0.0, -foot_m]);
         self.trees_of_row(row)
             .map(move |tree| if foot_m == 0.0 { tree } else { Cow::Owned(tree.placed(&down)) })
