@@ -39,13 +39,15 @@ pub enum ClassKey {
     Optics,
     /// From the scanner to the row plane: wide beams meet more rims the farther they go.
     Distance,
+    /// Of the mirror above the ground: wide beams from high above meet the crown's top, and less of its foot.
+    Height,
     /// Between lines: few lines a voxel read high.
     LineSpacing,
 }
 
 impl ClassKey {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::LeafAngle,
         Self::LeafSize,
         Self::Season,
@@ -54,6 +56,7 @@ impl ClassKey {
         Self::TrainingSystem,
         Self::Optics,
         Self::Distance,
+        Self::Height,
         Self::LineSpacing,
     ];
 
@@ -68,6 +71,7 @@ impl ClassKey {
             Self::TrainingSystem => "training_system",
             Self::Optics => "optics",
             Self::Distance => "distance",
+            Self::Height => "height",
             Self::LineSpacing => "line_spacing",
         }
     }
@@ -81,7 +85,12 @@ impl ClassKey {
     pub fn is_number(self) -> bool {
         matches!(
             self,
-            Self::LeafAngle | Self::LeafSize | Self::WoodShare | Self::Distance | Self::LineSpacing
+            Self::LeafAngle
+                | Self::LeafSize
+                | Self::WoodShare
+                | Self::Distance
+                | Self::Height
+                | Self::LineSpacing
         )
     }
 
@@ -92,6 +101,7 @@ impl ClassKey {
             Self::LeafSize => canopy.leaf_area_cm2,
             Self::WoodShare => canopy.wood_share,
             Self::Distance => geometry.distance_m,
+            Self::Height => geometry.height_m,
             Self::LineSpacing => geometry.line_spacing_m,
             Self::Season | Self::Generator | Self::TrainingSystem | Self::Optics => None,
         }
@@ -104,6 +114,7 @@ impl ClassKey {
             Self::LeafSize => Some(LeafShape::default().area_m2 * 1e4),
             Self::WoodShare => Some(0.0),
             Self::Distance
+            | Self::Height
             | Self::LineSpacing
             | Self::Season
             | Self::Generator
@@ -112,10 +123,10 @@ impl ClassKey {
         }
     }
 
-    /// How far apart two such numbers are: leaf sizes and distances by the logarithm of their ratio, others by their difference.
+    /// How far apart two such numbers are: leaf sizes, distances and heights by the logarithm of their ratio, others by their difference.
     pub fn apart(self, one: f64, other: f64) -> f64 {
         match self {
-            Self::LeafSize | Self::Distance => (one / other).ln().abs(),
+            Self::LeafSize | Self::Distance | Self::Height => (one / other).ln().abs(),
             _ => (one - other).abs(),
         }
     }
@@ -140,7 +151,7 @@ impl ClassKey {
         match self {
             Self::LeafAngle => format!("{value:.0}°"),
             Self::LeafSize => format!("{value:.1} cm²"),
-            Self::Distance => format!("{value:.1} m"),
+            Self::Distance | Self::Height => format!("{value:.1} m"),
             Self::LineSpacing => format!("{value:.3} m"),
             _ => format!("{:.0} %", 100.0 * value),
         }
@@ -164,6 +175,8 @@ const SPACING_TOLERANCE_M: f64 = 0.0125;
 pub struct ScanGeometry {
     /// From the scanner to the row plane, metres.
     pub distance_m: Option<f64>,
+    /// Of the mirror above the ground, metres.
+    pub height_m: Option<f64>,
     /// Between lines, metres.
     pub line_spacing_m: Option<f64>,
 }
@@ -221,8 +234,11 @@ impl RowClass {
             }
             Holds::For(class) => {
                 let of = &class.canopy;
-                let fitted =
-                    ScanGeometry { distance_m: class.distance_m, line_spacing_m: class.line_spacing_m };
+                let fitted = ScanGeometry {
+                    distance_m: class.distance_m,
+                    height_m: class.height_m,
+                    line_spacing_m: class.line_spacing_m,
+                };
                 let numbers = |key: ClassKey| numbers(key, key.number(of, fitted), found(key));
                 vec![
                     numbers(ClassKey::LeafAngle),
@@ -233,6 +249,7 @@ impl RowClass {
                     names(ClassKey::TrainingSystem, Some(&class.preset), self.preset.as_deref()),
                     names(ClassKey::Optics, Some(optics(class.optics)), look.width.map(beams)),
                     numbers(ClassKey::Distance),
+                    numbers(ClassKey::Height),
                     numbers(ClassKey::LineSpacing),
                 ]
             }

@@ -155,6 +155,7 @@ fn tell_how_sure(
         width: pass.rig.optics,
         geometry: ScanGeometry {
             distance_m: Some(pass.mount.distance_m),
+            height_m: Some(pass.mount.height_m),
             line_spacing_m: pass.row.totals().line_spacing_m(),
         },
         planned_spacing_m: pass.row.planned_spacing_m(),

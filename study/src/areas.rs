@@ -117,6 +117,7 @@ impl AreasStudy {
             echo_rule: EchoRule::First,
             optics: rig.optics.into(),
             distance_m: mount.map(|mount| mount.distance_m),
+            height_m: mount.map(|mount| mount.height_m),
             line_spacing_m: None,
             voxel_m: None,
             canopy: CanopyClass::default(),

@@ -37,6 +37,7 @@ fn row_class() -> RowClass {
 fn calibration(canopy: CanopyClass) -> Calibration {
     let class = CalibrationClass {
         distance_m: Some(Mount::default().distance_m),
+        height_m: Some(1.6),
         line_spacing_m: Some(0.02),
         canopy,
         ..class()
@@ -122,23 +123,30 @@ fn every_key_outside_the_class_is_warned_of_and_none_inside() {
 
 #[test]
 fn a_calibration_made_from_elsewhere_is_warned_of_and_widens_the_interval() {
-    let from = |distance_m: Option<f64>| {
-        let mut calibration = calibration(canopy());
-        calibration.class.distance_m = distance_m;
-        told(Some(calibration), Some(row_class()))
-    };
-    let own_m = Mount::default().distance_m;
-    let width = |estimate: &Estimate| estimate.leaf.interval_m2.map(|[low, high]| high - low);
-    let [here, beside, twice, four_times, unknown] =
-        [Some(own_m), Some(1.2 * own_m), Some(2.0 * own_m), Some(4.0 * own_m), None].map(from);
-    assert_eq!(warned(&here, "class"), Vec::<String>::new());
-    assert_eq!(warned(&beside, "class"), Vec::<String>::new());
-    assert!(warned(&twice, "class")[0].starts_with("class: distance is "), "{:?}", twice.warnings);
-    assert!(warned(&unknown, "class_unknown")[0].contains("distance"), "{:?}", unknown.warnings);
-    assert!(
-        width(&here) < width(&beside) && width(&beside) < width(&twice) && width(&twice) < width(&four_times)
-    );
-    assert!(width(&here) < width(&unknown), "what is not told widens");
+    type Place = fn(&mut CalibrationClass, Option<f64>);
+    let own = Mount::default();
+    let places: [(&str, f64, Place); 2] = [
+        ("distance", own.distance_m, |class, distance_m| class.distance_m = distance_m),
+        ("height", own.height_m, |class, height_m| class.height_m = height_m),
+    ];
+    for (key, own_m, place) in places {
+        let from = |place_m: Option<f64>| {
+            let mut calibration = calibration(canopy());
+            place(&mut calibration.class, place_m);
+            told(Some(calibration), Some(row_class()))
+        };
+        let width = |estimate: &Estimate| estimate.leaf.interval_m2.map(|[low, high]| high - low);
+        let [here, beside, twice, four_times, unknown] =
+            [Some(own_m), Some(1.2 * own_m), Some(2.0 * own_m), Some(4.0 * own_m), None].map(from);
+        assert_eq!(warned(&here, "class"), Vec::<String>::new());
+        assert_eq!(warned(&beside, "class"), Vec::<String>::new());
+        let warning = format!("class: {key} is ");
+        assert!(warned(&twice, "class")[0].starts_with(&warning), "{:?}", twice.warnings);
+        assert!(warned(&unknown, "class_unknown")[0].contains(key), "{:?}", unknown.warnings);
+        let widths = [&here, &beside, &twice, &four_times].map(width);
+        assert!(widths.is_sorted_by(|nearer, farther| nearer < farther), "{key}: {widths:?}");
+        assert!(width(&here) < width(&unknown), "what is not told widens");
+    }
 }
 
 #[test]

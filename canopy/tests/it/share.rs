@@ -264,6 +264,7 @@ fn fitted(found: &Estimate) -> Calibration {
         echo_rule: EchoRule::First,
         optics: calibration::Optics::Footprint,
         distance_m: Some(DISTANCE_M),
+        height_m: None,
         line_spacing_m: None,
         voxel_m: None,
         canopy: CanopyClass::default(),

@@ -195,6 +195,7 @@ fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationC
         },
         optics: rig.optics.into(),
         distance_m: mount.map(|mount| mount.distance_m),
+        height_m: mount.map(|mount| mount.height_m),
         line_spacing_m: None,
         voxel_m: None,
         canopy,

@@ -13,6 +13,7 @@ fn class() -> CalibrationClass {
         echo_rule: EchoRule::First,
         optics: Optics::Measured,
         distance_m: Some(2.0),
+        height_m: None,
         line_spacing_m: None,
         voxel_m: None,
         canopy: CanopyClass::default(),

@@ -80,6 +80,7 @@ fn class() -> CalibrationClass {
         echo_rule: EchoRule::First,
         optics: Optics::Ideal,
         distance_m: None,
+        height_m: None,
         line_spacing_m: None,
         voxel_m: None,
         canopy: CanopyClass::default(),

@@ -47,6 +47,9 @@ pub struct TransferRow {
     pub canopy: CanopyClass,
     /// From the scanner to the row plane, as the estimator is told, metres.
     pub distance_m: Option<f64>,
+    /// Of the mirror, as the estimator is told, metres; unknown in journals of versions before it.
+    #[serde(default)]
+    pub height_m: Option<f64>,
     /// Between lines, metres; unknown in journals of versions before it.
     #[serde(default)]
     pub line_spacing_m: Option<f64>,
@@ -108,6 +111,7 @@ impl Study for TransferStudy {
             densities_m2: DENSITIES.map(|name| raw(estimate, name)),
             canopy: trial.class.canopy,
             distance_m: estimate.mount.map(|mount| mount.distance_m),
+            height_m: estimate.mount.map(|mount| mount.height_m),
             line_spacing_m: estimate.contact.and_then(|contact| contact.line_spacing_m),
         })
     }

@@ -110,8 +110,8 @@ impl<'a> Rows<'a> {
         let rows = [true, false].into_iter().flat_map(|fitted| self.half(class, fitted));
         let numbers: Option<Vec<f64>> = rows
             .map(|row| {
-                let TransferRow { distance_m, line_spacing_m, .. } = *row;
-                key.number(&row.canopy, ScanGeometry { distance_m, line_spacing_m })
+                let TransferRow { distance_m, height_m, line_spacing_m, .. } = *row;
+                key.number(&row.canopy, ScanGeometry { distance_m, height_m, line_spacing_m })
             })
             .collect();
         numbers
