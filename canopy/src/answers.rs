@@ -40,6 +40,23 @@ impl Default for Answers {
     }
 }
 
+/// The directions that the rig leads to the ground where `there` says so: by how far from the mirror a beam ends, and how far across the row, metres. Each
+/// direction once.
+fn to_ground<'a>(
+    table: &'a BeamTable,
+    frame: &'a Frame,
+    there: impl Fn(f64, f64) -> bool + 'a,
+) -> impl Iterator<Item = usize> + 'a {
+    let mut latest = None;
+    table.beams().iter().flatten().filter_map(move |beam| {
+        let (_, ends_m) = frame.above_clearance_m(beam);
+        let direction = Some(number(beam)).filter(|_| there(ends_m, ends_m * beam.cos));
+        let is_new = direction.is_some() && direction != latest;
+        latest = direction.or(latest);
+        direction.filter(|_| is_new)
+    })
+}
+
 /// The direction of a beam.
 fn number(beam: &Beam) -> usize {
     ((beam.theta_rad / core::f64::consts::PI + 0.5) * DIRECTIONS as f64).max(0.0) as usize
@@ -69,29 +86,21 @@ impl Answers {
 
     /// Whether this table leads beams in enough directions to the ground of the alley, well before the row.
     pub(crate) fn leads_to_alley(table: &BeamTable, frame: &Frame) -> bool {
-        let leads = |beam: &&Beam| frame.above_clearance_m(beam).1 * beam.cos < ALLEY * frame.distance_m;
-        let mut directions: Vec<usize> = table.beams().iter().flatten().filter(leads).map(number).collect();
-        directions.dedup();
-        directions.len() >= LEAST_DIRECTIONS as usize
+        let reach_m = ALLEY * frame.distance_m;
+        to_ground(table, frame, |_, across_m| across_m < reach_m).count() >= LEAST_DIRECTIONS as usize
     }
 
     /// Share of the beams that met something, of those that this table leads to the ground before the row axis; `None` where it leads none there, and where
     /// enough met something.
     pub(crate) fn silent_ground(&self, table: &BeamTable, frame: &Frame) -> Option<f64> {
-        let (mut directions, mut known_m, mut answered_m, mut latest) = (0, 0.0, 0.0, None);
-        for beam in table.beams().iter().flatten() {
-            let (_, ends_m) = frame.above_clearance_m(beam);
-            let before_row = ends_m <= GROUND_ANSWERS_M && ends_m * beam.cos < frame.distance_m;
-            if !before_row || latest == Some(number(beam)) {
-                continue;
-            }
-            latest = Some(number(beam));
-            if let Some(direction) = self.directions.get(number(beam)) {
-                let beam_known_m = direction.all_m - direction.unknown_m;
-                directions += u32::from(beam_known_m > 0.0);
-                known_m += beam_known_m;
-                answered_m += beam_known_m - direction.missed_m;
-            }
+        let (mut directions, mut known_m, mut answered_m) = (0, 0.0, 0.0);
+        let before_row = |ends_m, across_m| ends_m <= GROUND_ANSWERS_M && across_m < frame.distance_m;
+        let led = to_ground(table, frame, before_row);
+        for direction in led.filter_map(|number| self.directions.get(number)) {
+            let beam_known_m = direction.all_m - direction.unknown_m;
+            directions += u32::from(beam_known_m > 0.0);
+            known_m += beam_known_m;
+            answered_m += beam_known_m - direction.missed_m;
         }
         let share = answered_m / known_m;
         (directions >= LEAST_DIRECTIONS && share < LEAST_ANSWERS).then_some(share)

@@ -39,7 +39,7 @@ pub enum ClassKey {
     Optics,
     /// From the scanner to the row plane: wide beams meet more rims the farther they go.
     Distance,
-    /// Of the mirror above the ground: wide beams from high above meet the crown's top, and less of its foot.
+    /// Height of the mirror above the ground: wide beams from high above meet the crown's top, and less of its foot.
     Height,
     /// Between lines: few lines a voxel read high.
     LineSpacing,
@@ -175,7 +175,7 @@ const SPACING_TOLERANCE_M: f64 = 0.0125;
 pub struct ScanGeometry {
     /// From the scanner to the row plane, metres.
     pub distance_m: Option<f64>,
-    /// Of the mirror above the ground, metres.
+    /// Height of the mirror above the ground, metres.
     pub height_m: Option<f64>,
     /// Between lines, metres.
     pub line_spacing_m: Option<f64>,

@@ -31,7 +31,6 @@ const BELOW_SHARE: f64 = 0.1;
 pub(crate) struct Levels {
     bins: [u64; BINS],
     returns: u64,
-    ground: u64,
     /// Returns of the alley, before the row axis, and those far below its ground.
     alley: u64,
     far_below: u64,
@@ -39,7 +38,7 @@ pub(crate) struct Levels {
 
 impl Default for Levels {
     fn default() -> Self {
-        Self { bins: [0; BINS], returns: 0, ground: 0, alley: 0, far_below: 0 }
+        Self { bins: [0; BINS], returns: 0, alley: 0, far_below: 0 }
     }
 }
 
@@ -62,11 +61,6 @@ impl Levels {
         }
     }
 
-    /// Counts a return of the ground.
-    pub(crate) fn add_ground(&mut self) {
-        self.ground += 1;
-    }
-
     /// Counts a return before the row axis, at this height above the ground that the rig tells. What lies behind may fall away: a ditch, a lower terrace.
     pub(crate) fn add_alley(&mut self, above_m: f64) {
         self.alley += 1;
@@ -74,15 +68,15 @@ impl Levels {
     }
 
     /// Share of the alley's returns far below the ground that the rig tells, where it is more than ground can have there.
-    pub(crate) fn below_ground(&self) -> Option<f64> {
+    pub(crate) fn below_ground(&self, ground_returns: u64) -> Option<f64> {
         let share = self.far_below as f64 / self.alley.max(1) as f64;
-        (self.returns + self.ground >= LEAST_CANOPY && share > BELOW_SHARE).then_some(share)
+        (self.returns + ground_returns >= LEAST_CANOPY && share > BELOW_SHARE).then_some(share)
     }
 
     /// Share of the returns that are ground, where it is next to nothing.
-    pub(crate) fn no_ground(&self) -> Option<f64> {
-        let all = self.returns + self.ground;
-        let share = self.ground as f64 / all.max(1) as f64;
+    pub(crate) fn no_ground(&self, ground_returns: u64) -> Option<f64> {
+        let all = self.returns + ground_returns;
+        let share = ground_returns as f64 / all.max(1) as f64;
         (all >= LEAST_CANOPY && share <= GROUND_SHARE).then_some(share)
     }
 
@@ -94,8 +88,7 @@ impl Levels {
         table: &BeamTable,
         frame: &Frame,
     ) -> Option<LevelSurface> {
-        let all = self.returns + ground_returns;
-        if self.returns < LEAST_CANOPY || ground_returns as f64 > GROUND_SHARE * all as f64 {
+        if self.returns < LEAST_CANOPY || self.no_ground(ground_returns).is_none() {
             return None;
         }
         let leads_down = |beam: &Beam| {

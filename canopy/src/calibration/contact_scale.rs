@@ -43,7 +43,7 @@ pub struct FittedRows {
     pub mean_m2_per_m: f64,
     /// Geometric mean of their true leaf areas a metre, m²/m.
     pub mean_leaf_area_m2_per_m: f64,
-    /// Their own exponent, by least squares of ln x on ln L, turned round: leaf areas were chosen, raw ones scatter, and a line the other way takes
+    /// Their own exponent, by least squares of ln x on ln L, inverted: leaf areas were chosen, raw ones scatter, and a line the other way takes
     /// dense rows for less dense ones. Of rows so alike that they tell no law, least squares of ln L on ln x. Through wide beams it is larger than `p`:
     /// applied, it would enlarge the errors of rows of another class or distance.
     pub exponent: f64,

@@ -67,7 +67,7 @@ pub struct CalibrationClass {
     /// From the scanner to the row plane, metres; unknown in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub distance_m: Option<f64>,
-    /// Of the mirror above the ground, metres; unknown in files of versions before this key.
+    /// Height of the mirror above the ground, metres; unknown in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height_m: Option<f64>,
     /// How far apart lines lay, the mean over the rows' length, metres; unknown in files of versions before this key.

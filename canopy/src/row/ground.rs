@@ -36,7 +36,7 @@ impl Row {
 
     /// Share of the returns that lie far below where the rig has the ground, where it is more than ground can have there.
     pub(crate) fn below_ground(&self) -> Option<f64> {
-        self.levels.below_ground()
+        self.levels.below_ground(self.totals.returns.ground)
     }
 
     /// Share of the beams that met something, of those that the rig leads to the ground before the row, where hardly one did.
@@ -47,7 +47,8 @@ impl Row {
 
     /// Share of the returns that lie where the rig puts the ground, where there are next to none though it leads beams to the alley.
     pub(crate) fn unmet_ground(&self) -> Option<f64> {
-        self.levels.no_ground().filter(|_| Answers::leads_to_alley(&self.table, &self.frame))
+        let share = self.levels.no_ground(self.totals.returns.ground);
+        share.filter(|_| Answers::leads_to_alley(&self.table, &self.frame))
     }
 
     /// Share of the row that no beam leads to, where it is so much that the row is not seen: of its room, whatever stands there, or of the crown's height from

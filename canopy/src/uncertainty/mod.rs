@@ -23,7 +23,7 @@ pub struct Uncertainty {
     /// Of rows denser or thinner than all that the calibration was fitted on; without a calibration, of what too few beams reached. `None` where nothing is
     /// known of the row.
     pub density: Option<f64>,
-    /// No standard deviation, but a way: the logarithm of the leaf area that the law of the calibration's own rows tells over the one that is told. The
+    /// Not a standard deviation but a shift: the logarithm of the leaf area that the law of the calibration's own rows tells over the one that is told. The
     /// interval reaches from the one to the other, and on either side beyond. `None` where these rows had no larger exponent than is applied.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub own_law: Option<f64>,
