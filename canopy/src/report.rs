@@ -199,6 +199,7 @@ fn tell_how_sure(
             None => uncertainty::hidden_sd(pass.row.sampled_so_far().unseen()),
         }),
         own_law: counted.scale.and_then(|scale| scale.own_law(raw_m2_per_m)),
+        own_law_weighs: counted.scale.and_then(|scale| scale.own_law_weighs(raw_m2_per_m)),
         rows: counted.scale.and_then(|scale| scale.scatter_sd(pass.row.totals().canopy_m)),
         wood: counted.scale.and_then(|scale| scale.wood_sd(raw_m2_per_m)),
         calibration: counted.scale.and_then(|scale| scale.k_sd),
@@ -220,24 +221,35 @@ fn tell_how_sure(
     let leaf = &mut estimate.leaf;
     let leaf_m2 = leaf.areas.best_m2().ok();
     let ends = |sd: f64| leaf_m2.map(|leaf_m2| uncertainty::interval(leaf_m2, sd));
-    let (of_density, of_remission) = (parts.density.unwrap_or(0.0), parts.remission.unwrap_or(0.0));
-    let (of_factor, of_share) = (parts.calibration.unwrap_or(0.0), parts.min_share.unwrap_or(0.0));
-    let (of_sides, of_wood) = (parts.sides.unwrap_or(0.0), parts.wood.unwrap_or(0.0));
-    let (of_voxels, of_distance) = (parts.voxels.unwrap_or(0.0), parts.distance.unwrap_or(0.0));
-    let others =
-        [of_density, of_wood, of_factor, of_remission, of_share, of_spot, of_sides, of_voxels, of_distance];
-    let about = parts
-        .sampling
-        .map(|sampling| sampling.max(parts.rows.unwrap_or(0.0)))
-        .zip(parts.between_class)
-        .map(|(a, b)| uncertainty::combined([a, b].into_iter().chain(others)));
+    let relative = |sd: Option<f64>| sd.unwrap_or(0.0);
+    let of_rows = parts.sampling.map(|sampling| {
+        let rows = sampling.max(relative(parts.rows));
+        uncertainty::combined([
+            rows,
+            relative(parts.density),
+            relative(parts.wood),
+            relative(parts.calibration),
+        ])
+    });
+    // Errors of the raw leaf area, which a steeper law makes more of.
+    let of_raw = parts.between_class.map(|between_class| {
+        let others =
+            [parts.remission, parts.min_share, parts.distance, parts.voxels, parts.sides].map(relative);
+        uncertainty::combined(others.into_iter().chain([between_class, of_spot]))
+    });
+    let by_law = |weighs: f64| {
+        of_rows.zip(of_raw).map(|(of_rows, of_raw)| uncertainty::combined([of_rows, weighs * of_raw]))
+    };
+    let (about, own_law) = (by_law(1.0), relative(parts.own_law));
+    let about_own = by_law(parts.own_law_weighs.unwrap_or(1.0));
     leaf.sampling_error_m2 = parts.sampling.and_then(ends);
-    let own_law = parts.own_law.unwrap_or(0.0);
-    let between_laws = |(leaf_m2, sd): (f64, f64)| uncertainty::interval_between(leaf_m2, own_law, sd);
-    leaf.interval_m2 = leaf_m2.zip(about).map(between_laws);
+    let own_m2 = leaf_m2.map(|leaf_m2| leaf_m2 * own_law.exp());
+    let told = leaf_m2.zip(about).map(|(leaf_m2, sd)| uncertainty::interval(leaf_m2, sd));
+    let own = own_m2.zip(about_own).map(|(own_m2, sd)| uncertainty::interval(own_m2, sd));
+    leaf.interval_m2 = told.zip(own).map(|(told, own)| uncertainty::either(told, own));
     leaf.uncertainty = Some(parts);
     // Pieces are drawn toward the row, by whichever law: their intervals take the difference of the two as one more cause.
-    RowSds { sampling: parts.sampling, all: about.map(|sd| uncertainty::combined([sd, own_law])) }
+    RowSds { sampling: parts.sampling, all: about_own.map(|sd| uncertainty::combined([sd, own_law])) }
 }
 
 /// What is known of the pieces of a row that is measured like this.

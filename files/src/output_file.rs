@@ -6,6 +6,7 @@
 //! |---|---|
 //! | nothing | writes a temporary file in the same folder, renames it on [`commit`](OutputFile::commit) |
 //! | a file | the same; mode and owner stay. A file that may not be written to is refused |
+//! | a recording (MCAP) | refuses it: what was recorded cannot be made again |
 //! | a file with several names (hard links), or one whose owner cannot be kept | the finished content is copied into it |
 //! | a symbolic link | as above, with the file it leads to; the link stays |
 //! | a device, FIFO or terminal | writes to it directly |
@@ -14,7 +15,7 @@
 //! Dropped without a commit, the temporary file is removed and the old file is as it was.
 
 use std::fs::{self, File, Metadata, OpenOptions};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -23,6 +24,9 @@ use crate::leftovers::Leftover;
 
 /// Symbolic links that are followed one after another; the system's own limit.
 const MAX_LINKS: usize = 40;
+
+/// How a recording begins: the magic of MCAP.
+const RECORDING: [u8; 8] = *b"\x89MCAP0\r\n";
 
 /// The path that means standard output.
 pub const STANDARD_OUTPUT: &str = "-";
@@ -82,13 +86,14 @@ impl OutputFile {
     /// Opens `path` for a content that appears as a whole.
     ///
     /// # Errors
-    /// The system's; [`io::ErrorKind::InvalidInput`] of an input or another output of this program.
+    /// The system's; [`io::ErrorKind::InvalidInput`] of an input or another output of this program; [`io::ErrorKind::AlreadyExists`] of a recording.
     pub fn create(path: &Path) -> io::Result<Self> {
         if is_standard_output(path) {
             return Ok(Self::of(Target::Stdout(io::stdout())));
         }
         let target = follow_links(path)?;
         check_no_input(&target)?;
+        check_no_recording(&target)?;
         Self::open(&target)
     }
 
@@ -268,6 +273,21 @@ fn follow_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many symbolic links lead on from there"))
 }
 
+/// Refuses a file that holds a recording, whole or torn.
+fn check_no_recording(target: &Path) -> io::Result<()> {
+    let mut begins = [0; RECORDING.len()];
+    // A FIFO is not opened: it would wait for its other end.
+    let is_file = fs::metadata(target).is_ok_and(|found| found.is_file());
+    let read = is_file && File::open(target).and_then(|mut file| file.read_exact(&mut begins)).is_ok();
+    match read && begins == RECORDING {
+        true => Err(io::Error::new(
+            io::ErrorKind::AlreadyExists,
+            "it holds a recording, which nothing is written over: name another file, or remove it",
+        )),
+        false => Ok(()),
+    }
+}
+
 fn open_existing(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).open(path)
 }
@@ -352,6 +372,30 @@ mod tests {
             .collect();
         names.sort();
         names
+    }
+
+    #[test]
+    fn a_recording_stays_what_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drive.mcap");
+        let link = folder.path().join("link.csv");
+        symlink(&path, &link).unwrap();
+        for content in [&RECORDING[..], b"\x89MCAP0\r\nand more"] {
+            fs::write(&path, content).unwrap();
+            for name in [&path, &link] {
+                let refused = OutputFile::create(name).unwrap_err();
+                assert_eq!(refused.kind(), io::ErrorKind::AlreadyExists, "{refused}");
+            }
+            assert_eq!(fs::read(&path).unwrap(), content);
+        }
+        // What only begins like one, what is empty, and what is kept by this program itself.
+        for content in [&RECORDING[..7], b"", b"y_m,leaf_area_m2\n"] {
+            fs::write(&path, content).unwrap();
+            OutputFile::create(&path).unwrap().write_whole(b"new").unwrap();
+            assert_eq!(fs::read(&path).unwrap(), b"new");
+        }
+        fs::write(&path, RECORDING).unwrap();
+        OutputFile::create_anew(&path).unwrap().write_whole(b"repaired").unwrap();
     }
 
     #[test]

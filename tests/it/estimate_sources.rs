@@ -243,3 +243,33 @@ fn an_export_without_the_encoder_says_so() {
         assert_eq!(ended.stderr.contains("no place for the encoder's readings"), is_said, "{}", ended.stderr);
     }
 }
+
+/// Where nobody gives a rig, that of the recording measures; where there is none at all, areas are unknown and what says something of a rig is refused.
+#[test]
+fn the_rig_that_a_recording_keeps_measures_where_none_is_given() {
+    let (_folder, file) = folder();
+    let (rig, kept, bare) = (file("row.toml"), file("kept.mcap"), file("bare.mcap"));
+    let (_emulator, source) = emulated(&rig, "lms111", "20");
+    for (to, with) in [(&kept, &["--rig", rig.as_str()][..]), (&bare, &[])] {
+        let ended = run(&[&["record", &source, "-o", to, "--scans", "60"], with].concat());
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    }
+    let (told, said) = estimated(&[&kept]);
+    assert_says(&said, &["no --rig: by the rig that", "kept.mcap keeps"]);
+    let (asked, _) = estimated(&[&kept, "--rig", &rig]);
+    for key in ["impacted_total_area_m2", "leaf_area_contact_raw_m2", "scanned_m", "mount"] {
+        assert_eq!(told[key], asked[key], "{key}");
+        assert!(!told[key].is_null(), "{key}");
+    }
+    let (last, _) = estimated(&[&kept, "--echo", "last"]);
+    assert_eq!(last["scans"], told["scans"]);
+    let (unknown, said) = estimated(&[&bare]);
+    assert!(unknown["impacted_total_area_m2"].is_null(), "{unknown}");
+    assert_says(&said, &["no rig given", "--rig"]);
+    for of_rig in [["--echo", "last"], ["--optics", "ideal"], ["--profile", "0.25"], ["--map", "row.geojson"]]
+    {
+        let ended = run(&[&["estimate", &bare], &of_rig[..]].concat());
+        assert_eq!(ended.code, Some(2), "{of_rig:?}: {}", ended.stderr);
+        assert_says(&ended.stderr, &[of_rig[0], "no recording here keeps one", "--rig"]);
+    }
+}

@@ -212,6 +212,13 @@ impl ContactScale {
         Some((own / (self.factor(raw_m2_per_m) * raw_m2_per_m)).ln())
     }
 
+    /// By what a relative error of the raw leaf area weighs more in the fitted rows' own law than in the one that is applied; `None` as [`own_law`](Self::own_law).
+    pub fn own_law_weighs(&self, raw_m2_per_m: f64) -> Option<f64> {
+        self.own_law(raw_m2_per_m)?;
+        let own = self.fitted?.exponent / self.leafy_share(raw_m2_per_m);
+        Some(own / self.amplification(raw_m2_per_m))
+    }
+
     /// Relative standard deviation of the leaf area of a row that is denser or thinner than all that were fitted, where nobody knows the exponent; 0 among them.
     pub fn density_sd(&self, raw_m2_per_m: f64) -> f64 {
         UNKNOWN_EXPONENT * self.beyond(raw_m2_per_m)

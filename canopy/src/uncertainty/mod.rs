@@ -27,6 +27,10 @@ pub struct Uncertainty {
     /// interval reaches from the one to the other, and on either side beyond. `None` where these rows had no larger exponent than is applied.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub own_law: Option<f64>,
+    /// By what an error of the raw leaf area weighs more in the law of the calibration's own rows than in the one that is applied: the ratio of their exponents.
+    /// `None` as `own_law`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub own_law_weighs: Option<f64>,
     /// Of the rows that the calibration was fitted on about their own law: rows of one class differ by so much that the scans do not tell. It stands in the
     /// place of `sampling` where it is larger, for it has the sampling of those rows in it. `None` where the calibration does not say, and without one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -89,14 +93,12 @@ pub fn combined(relative_sds: impl IntoIterator<Item = f64>) -> f64 {
 
 /// The 95 % interval of a value that factors of this relative standard deviation scatter: value · exp(∓1.96 sd). Never below 0.
 pub fn interval(value: f64, relative_sd: f64) -> [f64; 2] {
-    interval_between(value, 0.0, relative_sd)
+    [value * (-Z95 * relative_sd).exp(), value * (Z95 * relative_sd).exp()]
 }
 
-/// The 95 % interval of what is this value by one law and value · exp(`other_law`) by another one, where either may hold: from the lower one's lower end to the
-/// higher one's higher end.
-pub(crate) fn interval_between(value: f64, other_law: f64, relative_sd: f64) -> [f64; 2] {
-    let half = Z95 * relative_sd;
-    [value * (other_law.min(0.0) - half).exp(), value * (other_law.max(0.0) + half).exp()]
+/// The 95 % interval of what one law tells or another one, each with an interval of its own: from the lower end of both to the higher one.
+pub(crate) fn either(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
+    [one[0].min(other[0]), one[1].max(other[1])]
 }
 
 /// What a property adds to the between-class term; `None` where the study did not measure it.
@@ -142,10 +144,12 @@ mod tests {
         assert_eq!(combined([]), 0.0);
         let [low, high] = interval(10.0, 2.0);
         assert!(low > 0.0 && (low * high - 100.0).abs() < 1e-9);
-        for other_law in [-0.5, 0.3] {
-            let [down, up] = interval_between(10.0, other_law, 2.0);
-            let apart = if other_law < 0.0 { (low / down).ln() } else { (up / high).ln() };
-            assert!((apart - other_law.abs()).abs() < 1e-9 && (down == low || up == high), "{down} {up}");
+        // The one law's whole interval and the other's, whichever is wider.
+        for (other, expected) in
+            [([8.0, 9.5], [8.0, 11.0]), ([10.5, 12.0], [9.0, 12.0]), ([8.0, 12.0], [8.0, 12.0])]
+        {
+            assert_eq!(either([9.0, 11.0], other), expected);
+            assert_eq!(either(other, [9.0, 11.0]), expected);
         }
         // 95 % of a normal law lie within 1.96 standard deviations.
         assert!((interval(1.0, 0.1)[1].ln() - 0.195_996).abs() < 1e-5);

@@ -83,21 +83,25 @@ fn an_exponent_that_is_not_applied_widens_the_interval_of_rows_off_the_mean() {
     let (parts, same_m2, wide) = told(&calibration);
     let own_law = parts.own_law.unwrap();
     assert_eq!((same_m2, parts.density), (leaf_m2, Some(0.0)), "the estimate itself stays");
-    // Thinner than the fitted rows: by their own law it holds less, and the interval reaches there, and above no farther than before.
+    // Thinner than the fitted rows: by their own law it holds less, and errors of the raw leaf area, of classes here, count by its exponent.
     assert!(own_law < -0.3, "{own_law}");
-    assert!((1.96 * (wide[0] - narrow[0]) + own_law).abs() < 1e-3, "{wide:?} {narrow:?}");
-    assert!((wide[1] - narrow[1]).abs() < 1e-9, "{wide:?} {narrow:?}");
+    let weighs = parts.own_law_weighs.unwrap();
+    assert!((weighs - 1.9 / calibration.contact.p).abs() < 1e-9, "{weighs}");
+    let (factor, of_raw) = (parts.calibration.unwrap(), parts.between_class.unwrap());
+    let ends = |rows: f64| {
+        let [told, own] = [1.0, weighs].map(|weighs| 1.96 * rows.hypot(factor).hypot(weighs * of_raw));
+        [told.max(own - own_law), told.max(own + own_law)].map(|end| end / 1.96)
+    };
+    let are = |sds: [f64; 2], rows: f64| sds.iter().zip(ends(rows)).all(|(sd, end)| (sd - end).abs() < 1e-3);
+    let sampling = parts.sampling.unwrap();
+    assert!(sampling < 0.2 && are(wide, sampling), "{wide:?} {:?}", ends(sampling));
+    assert!(wide[0] > 2.0 * narrow[0] && wide[1] > narrow[1], "{wide:?} {narrow:?}");
     // What the rows scatter stands for the sampling where it is larger.
-    for (scatter, larger) in [(0.0, false), (parts.sampling.unwrap() / 2.0, false), (0.2, true)] {
+    for (scatter, rows) in [(0.0, sampling), (sampling / 2.0, sampling), (0.2, 0.2)] {
         calibration.contact.fitted.as_mut().unwrap().scatter = Some(scatter);
         let (parts, same_m2, sd) = told(&calibration);
         assert_eq!((parts.rows, same_m2), (Some(scatter), leaf_m2));
-        let sampling = parts.sampling.unwrap();
-        let grown = if larger { scatter.powi(2) - sampling.powi(2) } else { 0.0 };
-        assert!(
-            sampling < 0.2 && (sd[1].powi(2) - wide[1].powi(2) - grown).abs() < 1e-3,
-            "{scatter}: {sd:?} {wide:?}"
-        );
+        assert!(are(sd, rows), "{scatter}: {sd:?} {:?}", ends(rows));
     }
 }
 

@@ -15,13 +15,13 @@ use crate::export::map::{LeafMap, Lever, MapFormat, RowOnEarth, Stated};
 #[command(next_help_heading = "Map")]
 pub(super) struct MapArgs {
     /// Write leaf area and LAI by metre as a map: .gpkg, .tif, .geojson or .parquet; repeatable. Metres lie where the GNSS receiver in the recording was
-    #[arg(long, value_name = "FILE", requires = "rig")]
+    #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
     /// Where the row's axis begins (Y = 0) and which way it runs, instead of a receiver: degrees north, east, and from north by east
     #[arg(long, value_name = "LAT,LON,AZIMUTH", value_parser = stated, allow_hyphen_values = true, requires = "map")]
     map_from: Option<Stated>,
     /// The GNSS antenna's place beside the scanner, metres ahead of it and to its right, instead of the scene's own [default: above the scanner]
-    #[arg(long, value_name = "AHEAD,RIGHT", value_parser = antenna, allow_hyphen_values = true, requires = "rig", conflicts_with = "map_from")]
+    #[arg(long, value_name = "AHEAD,RIGHT", value_parser = antenna, allow_hyphen_values = true, conflicts_with = "map_from")]
     antenna: Option<Antenna>,
 }
 

@@ -58,20 +58,21 @@ pub(super) struct Args {
     /// repeatable, an estimate a scanner
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<Source>,
-    /// Where the scanner sits and how fast it drives: a rig file, a scene file or a built-in scene's name; without it areas are unknown
+    /// Where the scanner sits and how fast it drives: a rig file, a scene file or a built-in scene's name [default: the rig that a recording keeps; without one
+    /// areas are unknown]
     #[arg(long, value_name = "RIG")]
     rig: Option<String>,
     /// The rig's scanner this is, from 0; repeatable, in the order of the sources [default: 0, 1, …]
     #[arg(long, value_name = "N")]
     scanner: Vec<usize>,
     /// Model of the scanners, instead of the one that the recording names, or else the rig's own; chooses the calibration
-    #[arg(long, value_name = "NAME", value_parser = models::name(), hide_possible_values = true, requires = "rig")]
+    #[arg(long, value_name = "NAME", value_parser = models::name(), hide_possible_values = true)]
     model: Option<String>,
     /// The echo the scans hold: a live scanner is asked for it; of a recording it is taken as said [default: first of a live scanner]
-    #[arg(long, value_enum, value_name = "WHICH", requires = "rig")]
+    #[arg(long, value_enum, value_name = "WHICH")]
     echo: Option<EchoArg>,
     /// How wide the scanner's beams are, instead of what the rig says; a recording that an emulator made knows it itself
-    #[arg(long, value_enum, value_name = "HOW", requires = "rig")]
+    #[arg(long, value_enum, value_name = "HOW")]
     optics: Option<OpticsArg>,
     /// A calibration instead of the rig's own: a file, a shipped one's name, or a class (`spindle`), then that of the scanner's model
     #[arg(long, value_name = "NAME")]
@@ -202,6 +203,24 @@ impl Args {
     /// What is said of the beams.
     fn beams(&self) -> Beams {
         Beams { echo: self.echo.map(EchoChoice::from), optics: self.optics.map(BeamWidth::from) }
+    }
+
+    /// Refuses what says something of a rig where there is none.
+    fn check_rig(&self, rig: Option<&Rig>) -> Result<(), Failure> {
+        let of_rig = [
+            ("--model", self.model.is_some()),
+            ("--echo", self.echo.is_some()),
+            ("--optics", self.optics.is_some()),
+            ("--profile", self.profile.profile.is_some()),
+            ("--other-side", self.other.is_given()),
+            ("--map", !self.map.is_empty()),
+        ];
+        match of_rig.into_iter().find(|(_, is_given)| rig.is_none() && *is_given) {
+            None => Ok(()),
+            Some((flag, _)) => Err(Failure::Usage(format!(
+                "{flag} needs a rig, and no recording here keeps one: say where the scanner sits with --rig"
+            ))),
+        }
     }
 
     /// Which of the rig's scanners each source is.
@@ -384,15 +403,13 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         let why = "--record keeps what a scanner sends, and this is a recording already: leave it out, or write it anew with `rowscan record FILE -o NEW`";
         return Err(Failure::Usage(why.to_owned()));
     }
-    let (rig, scene, mut recorded) = match &args.rig {
-        Some(name) => {
-            let beams = args.beams();
-            let Loaded { rig, scene, recorded } =
-                rig::load(name, args.model.as_deref(), (&args.sources, &scanners), beams)?;
-            (Some(rig), scene, recorded)
-        }
+    let model = args.model.as_deref();
+    let loaded = rig::load(args.rig.as_deref(), model, (&args.sources, &scanners), args.beams())?;
+    let (rig, scene, mut recorded) = match loaded {
+        Some(Loaded { rig, scene, recorded }) => (Some(rig), scene, recorded),
         None => (None, None, Vec::new()),
     };
+    args.check_rig(rig.as_ref())?;
     let rigs: Vec<Rig> =
         rig.iter().flat_map(|rig| recorded.iter().map(|told: &Recorded| told.decides(rig))).collect();
     let maps = args.map.check(&args.sources, scene.as_ref(), args.other.is_by_receivers())?;

@@ -22,7 +22,7 @@ const OTHER_ROW_M: f64 = 1.5;
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct OtherSideArgs {
     /// Recording of another pass along the same row, from its other alley: both are one estimate
-    #[arg(long, value_name = "FILE", requires = "rig")]
+    #[arg(long, value_name = "FILE")]
     other_side: Option<Source>,
     /// Where the scanner sat on that pass: a rig file, a scene file or a built-in scene's name [default: as --rig]
     #[arg(long, value_name = "RIG", requires = "other_side")]
@@ -135,15 +135,16 @@ impl OtherSideArgs {
         (name, beams): (Option<&str>, Beams),
         here: Here<'_>,
     ) -> Result<Option<Arc<OtherSide>>, Failure> {
-        let (Some(source), Some(name)) = (&self.other_side, self.other_rig.as_deref().or(name)) else {
-            return Ok(None);
-        };
+        let Some(source) = &self.other_side else { return Ok(None) };
         let (Some(slice_m), Some(voxel_m)) = (here.pipeline.slice_m(), here.pipeline.voxel_m()) else {
             return Ok(None);
         };
         let scanner = self.other_scanner.unwrap_or(here.scanner);
-        let Loaded { rig, recorded, scene } =
-            rig::load(name, None, (std::slice::from_ref(source), &[scanner]), beams)?;
+        let name = self.other_rig.as_deref().or(name);
+        let loaded = rig::load(name, None, (std::slice::from_ref(source), &[scanner]), beams)?;
+        let Loaded { rig, recorded, scene } = loaded.ok_or_else(|| {
+            Failure::Usage(format!("{source} keeps no rig: say where its scanner sat with --other-rig"))
+        })?;
         let rig = recorded.first().map_or_else(|| rig.clone(), |told: &Recorded| told.decides(&rig));
         let heading = match self.other_start {
             None => Heading { start_m: rig.start_m, back: self.other_back },

@@ -14,7 +14,7 @@ use super::super::output::{self, number, share};
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub(super) struct ProfileArgs {
     /// Tell leaf area, density, gaps and porosity by height, too, in bands of so many metres (0.1 to 0.5)
-    #[arg(long, value_name = "METRES", value_parser = band_m, requires = "rig")]
+    #[arg(long, value_name = "METRES", value_parser = band_m)]
     pub(super) profile: Option<f64>,
     /// The truth of the rig's scene beside every band of the profile
     #[arg(long, requires = "profile")]

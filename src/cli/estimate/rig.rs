@@ -1,5 +1,7 @@
 //! The rig that an estimate is made by.
 
+use std::fmt::Display;
+
 use rowscan_canopy::Warning;
 use rowscan_driver::Source;
 use rowscan_protocol::model::AnyModel;
@@ -48,18 +50,25 @@ pub(super) struct Beams {
     pub(super) optics: Option<BeamWidth>,
 }
 
-/// The rig called `name`. Its scanners, one a source, are of `model`, or else of the model that the source's recording names, and have such beams.
+/// The rig called `name`, else the one that the first recording of the sources keeps; `None` where none does. Its scanners, one a source, are of `model`, or else
+/// of the model that the source's recording names, and have such beams.
 pub(super) fn load(
-    name: &str,
+    name: Option<&str>,
     model: Option<&str>,
     (sources, scanners): (&[Source], &[usize]),
     beams: Beams,
-) -> Result<Loaded, Failure> {
-    let (rig, scene) = files::load_rig(name, say)?;
+) -> Result<Option<Loaded>, Failure> {
+    let (rig, scene) = match name {
+        Some(name) => files::load_rig(name, say)?,
+        None => match kept_rig(sources) {
+            Some(rig) => (rig, None),
+            None => return Ok(None),
+        },
+    };
     let rig = Rig { optics: beams.optics.or(rig.optics), ..rig };
     let asked = model.map(models::find).transpose()?;
     let rig = fitted_rig(rig, scanners, asked, beams.echo);
-    let of_scene = scene.as_ref().map(|_| name);
+    let of_scene = name.filter(|_| scene.is_some());
     let recorded = |(source, scanner): (&Source, &usize)| {
         let Some(recording) = source.peek() else { return Recorded::default() };
         let model = asked.is_none().then(|| recorded_model(source, &recording, (&rig, *scanner))).flatten();
@@ -67,7 +76,24 @@ pub(super) fn load(
     };
     let recorded: Vec<Recorded> = sources.iter().zip(scanners).map(recorded).collect();
     tell(sources, &recorded);
-    Ok(Loaded { rig, scene, recorded })
+    Ok(Some(Loaded { rig, scene, recorded }))
+}
+
+/// The rig that the first of these recordings keeps.
+pub(crate) fn kept_rig(sources: &[Source]) -> Option<Rig> {
+    let mut kept = sources.iter().filter_map(|source| Some((source, source.peek()?.about().rig.clone()?)));
+    let (source, text) = kept.next()?;
+    let tell = |what: &dyn Display| say(format_args!("{source}: its rig: {what}"));
+    match files::rig_from_text(&text, |old| tell(&old)) {
+        Ok(rig) => {
+            say(format_args!("no --rig: by the rig that {source} keeps"));
+            Some(rig)
+        }
+        Err(why) => {
+            tell(&why);
+            None
+        }
+    }
 }
 
 /// The model that a recording is read as by this scanner of the rig; said where the rig has another one there.
