@@ -7,7 +7,7 @@ use crate::fault::ScenarioFault;
 use crate::judge::Runs;
 use crate::judged::Judged;
 use crate::runner::RunRecord;
-use crate::scenario::{OnExit, RunSpec, Scenario};
+use crate::scenario::{Expect, OnExit, RunSpec, Scenario};
 use crate::what::Kind;
 
 /// What was to happen and did not, in words, and what is told of it.
@@ -28,7 +28,7 @@ pub(crate) fn shortfalls(scenario: &Scenario, runs: &Runs) -> Vec<Shortfall> {
             .or_else(|| never_acted(scenario, fault, runs.all.iter()))
     });
     let end = all().find_map(|run| left_early(scenario, run));
-    let silence = all().find_map(|run| ends_unheard(scenario, run));
+    let silence = all().find_map(|run| ends_unheard(scenario, run).or_else(|| ends_unread(scenario, run)));
     faults.chain(end).chain(silence).collect()
 }
 
@@ -78,22 +78,27 @@ fn never_began<'a>(
     Some(Shortfall { name: format!("fault {id} begins"), judged: Judged::error(message) })
 }
 
-/// A run at whose end nobody takes a scanner's scans any more, and nobody expects that.
-fn ends_unheard(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
-    let expects = |id: &String| {
-        scenario
-            .expects
-            .iter()
-            .any(|expect| expect.what.kind == Kind::Unheard && expect.on.as_ref().is_none_or(|on| on == id))
-    };
+/// Whether an expectation is of who takes this device's scans.
+fn expects_silence(scenario: &Scenario, id: &str) -> bool {
+    let of = |expect: &Expect| expect.on.as_ref().is_none_or(|on| on == id);
+    scenario.expects.iter().any(|expect| expect.what.kind == Kind::Unheard && of(expect))
+}
+
+/// Whether the end of a child was expected, and came: what it no longer takes is known.
+fn ends_as_expected(scenario: &Scenario, run: &RunRecord) -> bool {
     let is_expected = |spec: &RunSpec| {
         let is_tried = spec.on_exit == OnExit::DriveOn || ending::expects_exit(scenario, &spec.id);
         is_tried && ending::exit_before_end(run, &spec.id).is_some()
     };
-    if scenario.runs.iter().any(is_expected) || run.left.is_some() {
+    scenario.runs.iter().any(is_expected) || run.left.is_some()
+}
+
+/// A run at whose end nobody takes a scanner's scans any more, and nobody expects that.
+fn ends_unheard(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
+    if ends_as_expected(scenario, run) {
         return None;
     }
-    let unheard = run.streams.iter().filter(|(id, _)| !expects(id));
+    let unheard = run.streams.iter().filter(|(id, _)| !expects_silence(scenario, id));
     let (id, silence) = unheard
         .filter_map(|(id, stream)| Some((id, stream.unheard?.at_end)))
         .find(|(_, silence)| !silence.is_zero())?;
@@ -101,6 +106,20 @@ fn ends_unheard(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
         "the run ended at {} without a taker: nobody had taken scans of `{id}` for {:.3} s; expect its `unheard_s` if that is right",
         run.place(),
         silence.as_secs_f64()
+    );
+    Some(Shortfall { name: "somebody listens at the end".to_owned(), judged: Judged::error(message) })
+}
+
+/// A run at whose end a client takes a scanner's scans and reads none of them.
+fn ends_unread(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
+    if ends_as_expected(scenario, run) {
+        return None;
+    }
+    let (id, bytes) = run.unread.iter().find(|(id, _)| !expects_silence(scenario, id))?;
+    let message = format!(
+        "the run ended at {} with {bytes} bytes of `{id}` unread: its client has read less than half of what it was sent, and reads no more; expect its \
+         `unheard_s` if that is right",
+        run.place()
     );
     Some(Shortfall { name: "somebody listens at the end".to_owned(), judged: Judged::error(message) })
 }

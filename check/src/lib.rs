@@ -36,6 +36,7 @@ mod sprayer;
 mod takers;
 mod task_controller;
 mod truth;
+mod unread;
 mod verdict;
 pub mod what;
 mod witness;

@@ -30,6 +30,7 @@ use crate::scenario::{DeviceSpec, Mode, OnExit, Ready, RunSpec, Scenario, Time};
 use crate::sprayer::{SprayerRun, reserved, untold};
 use crate::takers;
 use crate::truth;
+use crate::unread;
 use crate::witness::{Stream, Witness};
 
 /// Between two looks at the children and at time, host time.
@@ -95,6 +96,8 @@ pub(crate) struct RunRecord {
     pub(crate) truths: BTreeMap<String, truth::Trees>,
     /// What the sprayer did, or why that is unknown; none where there is none.
     pub(crate) sprayer: Option<Result<SprayerRun, String>>,
+    /// Bytes that the clients of devices had not read at its end, by the device's id: of those that had read less than half of what they were sent.
+    pub(crate) unread: BTreeMap<String, u64>,
     /// What the user should know of the scene.
     pub(crate) warnings: Vec<String>,
 }
@@ -190,6 +193,7 @@ async fn drive(
         ended = bench.ended() => ended.map(|()| None).map_err(Failure::from),
         ended = accompany(scenario, (folder, record.seed, &mut record.bytes_before), &around, (&journal, pauses), (&descendants, &mut children)) => ended.map(Some),
     };
+    record.unread = unread::at_end(scenario, bench);
     desk.note();
     record.gaps = rig.gaps.all();
     record.sleeps = rig.sleeps.all();

@@ -254,7 +254,7 @@ pub const WHATS: &[What] = &[
         "edges",
         Sprayed::Edges,
         &["of", "edge", "equals", "above", "below", "between"],
-        "edges of sections that were `missed` or `spurious` (`of`); both where it is left out; what the run's end cut off is neither",
+        "edges of sections that were `missed` or `spurious` (`of`); both where it is left out; what the run's end cut off is neither; `missed` is unknown where none was wanted",
     ),
     sprayer(
         "recall",

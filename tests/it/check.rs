@@ -73,6 +73,33 @@ fn scans_that_are_lost_before_the_first_delivered_one_count() {
     assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
 }
 
+/// Who asks for scans and reads none takes none, though all of them leave the scanner: they wait in the kernel.
+#[test]
+fn a_controller_that_reads_nothing_takes_no_scans() {
+    if !has_python() {
+        return;
+    }
+    let (folder, path) = of_base("", "");
+    let program = "import socket, sys, time\nhost, port = sys.argv[1].split(':')\nlink = socket.create_connection((host, int(port)))\n\
+        link.sendall(b'\\x02sEN LMDscandata 1\\x03')\nprint('connected', flush=True)\n\
+        while sys.argv[2] == 'reads' and link.recv(65536):\n    pass\ntime.sleep(60)\n";
+    std::fs::write(folder.path().join("client.py"), program).expect("written");
+    let check = |does: &str, expects: &str| {
+        let written = format!(
+            "version = 1\nscene = \"spindle\"\nend = {{ s = 3 }}\nexpect = [{expects}]\n[[device]]\nid = \"left\"\nmodel = \"lms111\"\n[[run]]\nid = \"sut\"\n\
+             command = [\"python3\", \"{{scenario}}/client.py\", \"{{left.tcp}}\", \"{does}\"]\nready = {{ line = \"connected\" }}\n"
+        );
+        std::fs::write(&path, written).expect("written");
+        run(&["check", text(&path)])
+    };
+    let lost = "{ what = \"scans_lost\", equals = 0 }";
+    let ended = check("sleeps", lost);
+    assert_eq!(ended.code, Some(2), "{}{}", ended.stdout, ended.stderr);
+    assert_says(&ended.stdout, &["somebody listens at the end", "bytes of `left` unread"]);
+    let ended = check("reads", lost);
+    assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
+}
+
 /// Who stops the scanner gets no scans, and none are lost: neither passes for listening.
 #[test]
 fn a_controller_that_stops_the_scanner_takes_no_scans() {

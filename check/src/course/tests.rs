@@ -83,6 +83,22 @@ fn a_run_at_whose_end_nobody_listens_is_told_unless_that_is_expected() {
 }
 
 #[test]
+fn a_client_that_reads_nothing_is_told_unless_silence_or_its_exit_is_expected() {
+    let unread = |run: &mut RunRecord| run.unread = [("left".to_owned(), 40_000)].into();
+    let message = "the run ended at 1.000 s with 40000 bytes of `left` unread: its client has read less than half of what it was sent, and reads no more; \
+                   expect its `unheard_s` if that is right";
+    let expected = [("somebody listens at the end".to_owned(), message.to_owned())];
+    assert_eq!(told("", NONE_LOST, unread), expected);
+    assert_eq!(told("", "{ what = \"unheard_s\", equals = 0 }", unread), []);
+    let left = |run: &mut RunRecord| {
+        unread(run);
+        run.left = Some("sut".to_owned());
+        run.children.insert("sut".to_owned(), ChildRecord { exit_code: Some(0), ..ChildRecord::default() });
+    };
+    assert_eq!(told("", "{ what = \"exit_code\", of = \"sut\", equals = 0 }", left), []);
+}
+
+#[test]
 fn a_run_that_its_last_child_ended_is_told_unless_its_exit_is_expected() {
     let left = |run: &mut RunRecord| {
         run.left = Some("sut".to_owned());

@@ -117,6 +117,9 @@ fn edges(expect: &Expect, sprayer: &SprayerRun) -> Result {
         Some("spurious") => (of.spurious, "spurious edges", [false, true]),
         Some(other) => return Err(format!("`of`: expected \"missed\" or \"spurious\", found \"{other}\"")),
     };
+    if of.wanted == 0 && !is_spurious {
+        return Err(format!("{what}: unknown: no edge was wanted that could be met{}", undecided(&of)));
+    }
     let message = format!(
         "{what}: expected {}, found {found} beside {} wanted ones{}",
         expect.bounds.words(),

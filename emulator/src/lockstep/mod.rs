@@ -17,6 +17,8 @@ mod receivers;
 mod reply;
 #[cfg(target_os = "linux")]
 mod sockets;
+#[cfg(target_os = "linux")]
+mod unread;
 #[cfg_attr(not(target_os = "linux"), path = "watch_elsewhere.rs")]
 mod watch;
 
@@ -31,6 +33,8 @@ use tokio::sync::Notify;
 
 pub use children::ChildClock;
 pub use level::{Ack, AckError, OutputAck, OutputPort};
+#[cfg(target_os = "linux")]
+pub use unread::{Unread, unread};
 
 use crate::clock::SimClock;
 use crate::compute::Compute;

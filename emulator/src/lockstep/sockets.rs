@@ -87,11 +87,11 @@ pub(super) struct Named {
 
 /// Bytes that one end of a TCP connection has handled since it was opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Counts {
+pub(super) struct Counts {
     /// Written by its program.
-    written: u64,
+    pub(super) written: u64,
     /// Of these not acknowledged.
-    pending: u32,
+    pub(super) pending: u32,
     received: u64,
 }
 
@@ -227,7 +227,7 @@ impl Sockets {
         Ok(quiet.then(|| Balance::of(before, there)))
     }
 
-    fn counts(&mut self, socket: &Named) -> io::Result<Option<Counts>> {
+    pub(super) fn counts(&mut self, socket: &Named) -> io::Result<Option<Counts>> {
         let Some(InetResponse { header, nlas }) = self.ask_with(socket, ExtensionFlags::INFO)? else {
             return Ok(None);
         };
@@ -281,7 +281,7 @@ impl Sockets {
     }
 
     /// What the kernel knows of one socket; none if it is gone.
-    fn ask(&mut self, socket: &Named) -> io::Result<Option<InetResponseHeader>> {
+    pub(super) fn ask(&mut self, socket: &Named) -> io::Result<Option<InetResponseHeader>> {
         Ok(self.ask_with(socket, ExtensionFlags::empty())?.map(|response| response.header))
     }
 

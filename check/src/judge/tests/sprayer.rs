@@ -7,9 +7,15 @@ use crate::sprayer::SprayerRun;
 
 /// A sprayer of one section that drove past 5 m of leaf, from 2 to 7 m at 1 m/s, with nozzles beside the scanner, and heard these commands.
 fn sprayed(commands: &[(f64, f64)]) -> SprayerRun {
+    sprayed_past(1.0, commands)
+}
+
+/// The same past a leaf whose lower edge is so high: the section reaches from 1 to 2 m.
+fn sprayed_past(low_m: f64, commands: &[(f64, f64)]) -> SprayerRun {
     let boom = "version = 1\noffset_y_m = 0\nstrip_m = 0\n[valve]\non_ms = 0\noff_ms = 0\nrise_ms = 0\nfall_ms = 0\n\
         [[section]]\nid = \"a\"\nside = \"right\"\nz_from_m = 1\nz_to_m = 2\n";
-    let corners = [[0.0, 2.0, 1.0], [0.0, 7.0, 1.0], [0.0, 7.0, 2.0], [0.0, 2.0, 2.0]];
+    let top_m = low_m + 1.0;
+    let corners = [[0.0, 2.0, low_m], [0.0, 7.0, low_m], [0.0, 7.0, top_m], [0.0, 2.0, top_m]];
     let leaf = rowscan_scenes::Leaf::new(corners).expect("a leaf");
     let orchard = rowscan_scenes::Orchard::from_organs(vec![leaf], Vec::new(), f64::INFINITY);
     let tractor = rowscan_vehicle::Tractor::new(rowscan_vehicle::trajectory::Trajectory::straight(0.0, 1.0));
@@ -76,6 +82,28 @@ fn a_sprayer_is_judged_by_its_commands_and_unknown_without_any() {
     assert_eq!(judged("what = \"recall\", above = 0.1", &[(0.0, 0.0)]), Failed);
     assert_eq!(judged("what = \"waste\", below = 0.1", &[(0.0, 0.0)]), Error);
     assert_eq!(judged("what = \"latency_error_m\", p95_below = 1e9", &[(0.0, 0.0)]), Failed);
+}
+
+/// No edge can be missed where none is wanted; one for nothing can be.
+#[test]
+fn missed_edges_are_unknown_where_none_was_wanted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let judged = |expect: &str, low_m: f64, commands: &[(f64, f64)]| {
+        let sprayer = Some(Ok(sprayed_past(low_m, commands)));
+        let run = RunRecord { sprayer, ended: SimTime(10 * SECOND), ..record(folder.path()) };
+        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path())
+    };
+    let (shut, opens) = ([(0.0, 0.0)], [(2.0, 1.0), (7.0, 0.0)]);
+    let missed = "what = \"edges\", of = \"missed\", equals = 0";
+    assert_eq!(judged(missed, 1.0, &opens).0, Passed);
+    for commands in [&shut[..], &opens] {
+        let (found, message) = judged(missed, 5.0, commands);
+        assert!(found == Error && message.contains("no edge was wanted"), "{message}");
+    }
+    for both in ["what = \"edges\", equals = 0", "what = \"edges\", of = \"spurious\", equals = 0"] {
+        assert_eq!(judged(both, 5.0, &shut).0, Passed, "{both}");
+        assert_eq!(judged(both, 5.0, &opens).0, Failed, "{both}");
+    }
 }
 
 #[test]
