@@ -1,5 +1,6 @@
 //! `estimate`: what `rowscan estimate --format json` writes of one source.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,7 +13,7 @@ use rowscan_ports::clock;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{EchoChoice, Rig};
 use rowscan_protocol::scan::Scan;
-use rowscan_scenes::files::load_rig;
+use rowscan_scenes::files::{load_rig, rig_from_text};
 use rowscan_study::reading::{CalibrationChoice, Reading, ReadingError, fitted_rig};
 use rowscan_study::side_by_side::{Beside, beside_truth, estimators_named};
 use serde::Serialize;
@@ -67,6 +68,10 @@ pub(crate) fn estimate(
             let scans = scans.get();
             let rig = scans.rig().map(|rig| fitted_rig(rig, &[scanner], model, echo));
             (rig, scans.stage())
+        }
+        (None, SourceOf::Named(_)) => {
+            let kept = source.kept_rig(py)?;
+            (kept.map(|rig| fitted_rig(rig, &[scanner], model, echo)), None)
         }
         (rig, _) => rig_given(py, rig, (scanner, model, echo), !asked.is_empty())?,
     };
@@ -132,6 +137,22 @@ impl SourceOf {
         match self {
             Self::Scans(scans) => scans.get().recorded_model(),
             Self::Named(source) => source.to_string_lossy().parse::<Source>().ok()?.recorded_model(),
+        }
+    }
+
+    /// The rig that a recording keeps.
+    fn kept_rig(&self, py: Python<'_>) -> PyResult<Option<Rig>> {
+        let Self::Named(source) = self else { return Ok(None) };
+        let recording = source.to_string_lossy().parse::<Source>().ok().and_then(|source| source.peek());
+        let Some(text) = recording.and_then(|recording| recording.about().rig.clone()) else {
+            return Ok(None);
+        };
+        let tell =
+            |what: &dyn Display| warning::warn(py, format_args!("{}: its rig: {what}", source.display()));
+        let mut old_roofs = Vec::new();
+        match rig_from_text(&text, |old| old_roofs.push(old)) {
+            Ok(rig) => old_roofs.iter().try_for_each(|old| tell(old)).map(|()| Some(rig)),
+            Err(why) => tell(&why).map(|()| None),
         }
     }
 

@@ -124,6 +124,15 @@ def test_without_a_rig_areas_are_unknown(recording):
     assert found["scans"] >= 200 and found["leaf_area_m2"] is None
 
 
+def test_the_rig_that_a_recording_keeps_measures_as_on_the_command_line(command_line, tmp_path):
+    path = tmp_path / "kept.mcap"
+    with rowscan.Scanner("lms111", "spindle", time_scale="max") as scanner:
+        assert command_line.run("record", scanner.source, "-o", path, "--rig", "spindle", "--scans", 200).returncode == 0
+    expected = command_line.json("estimate", path)
+    assert expected["leaf_area_contact_raw_m2"] > 0.0
+    assert rowscan.estimate(path) == expected
+
+
 def test_estimators_and_trees_are_the_command_line_s_to_the_last_bit(command_line, recording, orchard):
     flags = ("--estimators", "all", "--trees", "trunk", "--trees", "valley")
     expected = command_line.json("estimate", recording, "--rig", "spindle", *flags)
