@@ -200,6 +200,7 @@ fn tell_how_sure(
         }),
         own_law: counted.scale.and_then(|scale| scale.own_law(raw_m2_per_m)),
         own_law_weighs: counted.scale.and_then(|scale| scale.own_law_weighs(raw_m2_per_m)),
+        uneven: counted.scale.and_then(|scale| uncertainty::uneven(pass.row.standing_trees(), scale.p)),
         rows: counted.scale.and_then(|scale| scale.scatter_sd(pass.row.totals().canopy_m)),
         wood: counted.scale.and_then(|scale| scale.wood_sd(raw_m2_per_m)),
         calibration: counted.scale.and_then(|scale| scale.k_sd),
@@ -246,10 +247,14 @@ fn tell_how_sure(
     let own_m2 = leaf_m2.map(|leaf_m2| leaf_m2 * own_law.exp());
     let told = leaf_m2.zip(about).map(|(leaf_m2, sd)| uncertainty::interval(leaf_m2, sd));
     let own = own_m2.zip(about_own).map(|(own_m2, sd)| uncertainty::interval(own_m2, sd));
+    let uneven = relative(parts.uneven);
+    let by_tree = leaf_m2.zip(about).map(|(leaf_m2, sd)| uncertainty::interval(leaf_m2 * uneven.exp(), sd));
     leaf.interval_m2 = told.zip(own).map(|(told, own)| uncertainty::either(told, own));
+    leaf.interval_m2 =
+        leaf.interval_m2.zip(by_tree).map(|(either, by_tree)| uncertainty::either(either, by_tree));
     leaf.uncertainty = Some(parts);
     // Pieces are drawn toward the row, by whichever law: their intervals take the difference of the two as one more cause.
-    RowSds { sampling: parts.sampling, all: about_own.map(|sd| uncertainty::combined([sd, own_law])) }
+    RowSds { sampling: parts.sampling, all: about_own.map(|sd| uncertainty::combined([sd, own_law, uneven])) }
 }
 
 /// What is known of the pieces of a row that is measured like this.

@@ -33,7 +33,7 @@ use crate::profile::Outline;
 use crate::recent::{Recent, WindowSums};
 use crate::remission::RemissionScale;
 use crate::stray_returns::{Stray, Strays, into_cells};
-use crate::trees::{Cells, Cut, Keys, gaps_m};
+use crate::trees::{Cell, Cells, Cut, Keys, gaps_m, standing};
 use crate::voxels::Voxels;
 
 /// The sums of one row. Lines come in the order of travel.
@@ -542,6 +542,11 @@ impl Row {
         let open = self.open.and_then(|keys| keys.tree);
         totals.canopy_m -= gaps_m(&self.trees, &self.metres, spacing_m, open);
         totals
+    }
+
+    /// The trees that stand there, by the rig's spacing, as if the row ended here; none where it tells no spacing.
+    pub(crate) fn standing_trees(&self) -> impl Iterator<Item = &Cell> + Clone {
+        standing(&self.trees, self.tree_spacing_m.unwrap_or(f64::INFINITY), None)
     }
 
     /// How the contact frequency was sampled, as if the row ended here.

@@ -86,6 +86,11 @@ impl Cell {
         self.returns += returns;
     }
 
+    /// Raw leaf area a metre, m²/m.
+    pub(crate) fn density(&self) -> f64 {
+        self.contact_m2 / self.scanned_m
+    }
+
     /// True if `length_m` was scanned, but for what one line more or less makes.
     pub(crate) fn complete(&self, length_m: f64) -> bool {
         length_m - self.scanned_m <= self.longest_line_m + 1e-9
@@ -138,14 +143,7 @@ pub(crate) fn gaps_m(trees: &Cells, metres: &Cells, spacing_m: f64, open: Option
     if trees.dropped || metres.dropped {
         return 0.0;
     }
-    let whole =
-        || trees.iter().filter(|tree| Some(tree.index) != open && tree.scanned_m > SCANNED * spacing_m);
-    let density = |tree: &Cell| tree.contact_m2 / tree.scanned_m;
-    // Where the leaf area stands, so that gaps do not lower what they are held against.
-    let (sum, weighted) = whole().fold((0.0, 0.0), |(sum, weighted), tree| {
-        (sum + tree.contact_m2, weighted + tree.contact_m2 * density(tree))
-    });
-    let least = MISSING * weighted / sum;
+    let least = least_density(trees, spacing_m, open);
     let within = |tree: &Cell| -> f64 {
         let [from_m, to_m] = [tree.index, tree.index + 1].map(|tree| tree as f64 * spacing_m);
         let overlap_m = |metre: &Cell| {
@@ -154,7 +152,31 @@ pub(crate) fn gaps_m(trees: &Cells, metres: &Cells, spacing_m: f64, open: Option
         };
         metres.iter().filter(|metre| metre.returns > 0).map(overlap_m).sum()
     };
-    whole().filter(|tree| density(tree) < least).map(within).sum()
+    whole(trees, spacing_m, open).filter(|tree| tree.density() < least).map(within).sum()
+}
+
+/// Trees of which enough was scanned to tell, but for those that are missing.
+pub(crate) fn standing(
+    trees: &Cells,
+    spacing_m: f64,
+    open: Option<i64>,
+) -> impl Iterator<Item = &Cell> + Clone {
+    let least = least_density(trees, spacing_m, open);
+    whole(trees, spacing_m, open).filter(move |tree| tree.density() >= least)
+}
+
+/// Trees of which enough was scanned to tell.
+fn whole(trees: &Cells, spacing_m: f64, open: Option<i64>) -> impl Iterator<Item = &Cell> + Clone {
+    trees.iter().filter(move |tree| Some(tree.index) != open && tree.scanned_m > SCANNED * spacing_m)
+}
+
+/// Leaf area a metre below which a tree is missing.
+fn least_density(trees: &Cells, spacing_m: f64, open: Option<i64>) -> f64 {
+    // Where the leaf area stands, so that gaps do not lower what they are held against.
+    let (sum, weighted) = whole(trees, spacing_m, open).fold((0.0, 0.0), |(sum, weighted), tree| {
+        (sum + tree.contact_m2, weighted + tree.contact_m2 * tree.density())
+    });
+    MISSING * weighted / sum
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use crate::fault::ScenarioFault;
 use crate::judge::{self, Runs};
 use crate::judged::{self, Judged};
 use crate::onlooker::Onlooker;
+use crate::run_file;
 use crate::runner::{self, Beside, RunRecord};
 use crate::scenario::{Mode, Scenario};
 use crate::signal;
@@ -249,8 +250,16 @@ fn gaps(run: &RunRecord) -> impl Iterator<Item = String> {
     })
 }
 
-/// An empty folder: what an earlier check left in it would be taken for this one's.
+/// An empty folder: what an earlier check left in it would be taken for this one's. What is no earlier run is left alone.
 fn fresh(folder: &Path) -> std::io::Result<()> {
+    let holds = std::fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some());
+    if holds && !folder.join(run_file::NAME).exists() {
+        let why = format!(
+            "it holds files and no {} of an earlier run; name another folder for --keep, or empty this one",
+            run_file::NAME
+        );
+        return Err(std::io::Error::new(std::io::ErrorKind::AlreadyExists, why));
+    }
     match std::fs::remove_dir_all(folder) {
         Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => return Err(cause),
         _ => {}

@@ -110,14 +110,14 @@ fn ends_unheard(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
     Some(Shortfall { name: "somebody listens at the end".to_owned(), judged: Judged::error(message) })
 }
 
-/// A run at whose end a client takes a scanner's scans and reads none of them.
+/// A run at whose end a client takes a scanner's scans and reads them no more, or far too late.
 fn ends_unread(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
     if ends_as_expected(scenario, run) {
         return None;
     }
     let (id, bytes) = run.unread.iter().find(|(id, _)| !expects_silence(scenario, id))?;
     let message = format!(
-        "the run ended at {} with {bytes} bytes of `{id}` unread: its client has read less than half of what it was sent, and reads no more; expect its \
+        "the run ended at {} with {bytes} bytes of `{id}` unread, a second of scans and more: its client reads no more, or slower than scans come; expect its \
          `unheard_s` if that is right",
         run.place()
     );

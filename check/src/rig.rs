@@ -127,6 +127,7 @@ impl ScenarioRig {
             scene: Some(scenario.scene.clone()),
             seed: Some(stage.scene.seed),
             rig: rig_text(&stage.rig).ok(),
+            mounts: scenario.devices.iter().map(|device| (device.id.clone(), device.scanner)).collect(),
             ..About::default()
         };
         let file = is_kept.then(|| RunFile::start(folder, spec.clock(), about)).transpose()?;

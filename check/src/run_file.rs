@@ -8,7 +8,7 @@ use rowscan_recording::foxglove::Language;
 use rowscan_recording::{About, Decoded, RecordError, Recorder, RecorderOptions, Taps, WallClock};
 
 /// The file in the run's folder.
-const NAME: &str = "run.mcap";
+pub(crate) const NAME: &str = "run.mcap";
 
 /// A recording that is being written.
 #[derive(Debug)]

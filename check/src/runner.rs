@@ -96,7 +96,7 @@ pub(crate) struct RunRecord {
     pub(crate) truths: BTreeMap<String, truth::Trees>,
     /// What the sprayer did, or why that is unknown; none where there is none.
     pub(crate) sprayer: Option<Result<SprayerRun, String>>,
-    /// Bytes that the clients of devices had not read at its end, by the device's id: of those that had read less than half of what they were sent.
+    /// Bytes that the clients of devices had not read at its end, by the device's id: of those that were a second of scans and more behind.
     pub(crate) unread: BTreeMap<String, u64>,
     /// What the user should know of the scene.
     pub(crate) warnings: Vec<String>,
@@ -188,12 +188,13 @@ async fn drive(
     let around =
         Around { places, on_clock: on_clock.as_deref(), hold: &hold, desk, frames, witness, compute };
     let jitter = (scenario.clock.mode == Mode::Paced).then(JitterWatch::start);
+    let drove = Stopwatch::start();
     let ended: Result<Option<String>, Failure> = tokio::select! {
         biased;
         ended = bench.ended() => ended.map(|()| None).map_err(Failure::from),
         ended = accompany(scenario, (folder, record.seed, &mut record.bytes_before), &around, (&journal, pauses), (&descendants, &mut children)) => ended.map(Some),
     };
-    record.unread = unread::at_end(scenario, bench);
+    record.unread = unread::at_end(scenario, bench, drove.elapsed());
     desk.note();
     record.gaps = rig.gaps.all();
     record.sleeps = rig.sleeps.all();

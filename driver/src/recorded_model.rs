@@ -26,10 +26,15 @@ impl Source {
         let Self::Recording { path, stream } = self else { return Vec::new() };
         let about = recording.about();
         // Which stream is read is looked for only where it decides.
-        let is_looked_for = stream.is_none() && !(about.models.is_empty() && about.candidates.is_empty());
-        let first = || seen_ahead(path, recording).pop_first();
-        let read = stream.clone().or_else(|| is_looked_for.then(first).flatten());
-        models_of(about, read.as_deref())
+        let decides = !(about.models.is_empty() && about.candidates.is_empty());
+        models_of(about, read_stream(path, stream.as_ref(), recording, decides).as_deref())
+    }
+
+    /// Which of its rig's scanners, from 0, the stream that is read is of, by its recording, which is open already; `None` where that does not say.
+    pub fn mount_in(&self, recording: &Recording) -> Option<usize> {
+        let Self::Recording { path, stream } = self else { return None };
+        let mounts = &recording.about().mounts;
+        mounts.get(&read_stream(path, stream.as_ref(), recording, !mounts.is_empty())?).copied()
     }
 
     /// The model that such a recording is read as: the one it names. Of several that it can be, that of the rig if it is one of them, else the first.
@@ -52,6 +57,12 @@ impl Source {
         }
         Some(recording)
     }
+}
+
+/// The stream that is read: the one that is named, else the first with scans, which is looked for where that decides.
+fn read_stream(path: &Path, named: Option<&String>, recording: &Recording, decides: bool) -> Option<String> {
+    let first = || seen_ahead(path, recording).pop_first();
+    named.cloned().or_else(|| decides.then(first).flatten())
 }
 
 /// The models that a recording names for this stream, else for all of them.
@@ -105,7 +116,8 @@ mod tests {
 
     /// The same, and each model is told of its stream.
     fn named(folder: &Path, models: &[&'static str], streams: &[&str]) -> String {
-        let scanners = models.iter().zip(streams).map(|(model, stream)| (*model, [(*stream).to_owned()]));
+        let scanners = models.iter().zip(streams).enumerate();
+        let scanners = scanners.map(|(mount, (model, stream))| (*model, mount, [(*stream).to_owned()]));
         written(folder, &About::default().of_scanners(scanners), streams)
     }
 
@@ -123,15 +135,21 @@ mod tests {
         for pair in all.windows(2) {
             let [first, second] = pair else { panic!("two") };
             for streams in [["left", "right"], ["right", "left"]] {
-                let scanners = [(*first, ["left".to_owned()]), (*second, ["right".to_owned()])];
+                let scanners = [(*first, 2, ["left".to_owned()]), (*second, 5, ["right".to_owned()])];
                 let about = About::default().of_scanners(scanners);
                 let path = holding(folder.path(), &about, &streams, SCAN);
-                for (source, expected) in [
-                    (path.clone(), *first),
-                    (format!("{path}#left"), *first),
-                    (format!("{path}#right"), *second),
+                for (source, expected, mount) in [
+                    (path.clone(), *first, 2),
+                    (format!("{path}#left"), *first, 2),
+                    (format!("{path}#right"), *second, 5),
                 ] {
                     assert_eq!(recorded_model(&source), Some(expected), "{source} of {streams:?}");
+                    let source: Source = source.parse().unwrap();
+                    assert_eq!(
+                        source.mount_in(&source.peek().unwrap()),
+                        Some(mount),
+                        "{source} of {streams:?}"
+                    );
                 }
             }
         }

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | nothing | writes a temporary file in the same folder, renames it on [`commit`](OutputFile::commit) |
 //! | a file | the same; mode and owner stay. A file that may not be written to is refused |
-//! | a recording (MCAP) | refuses it: what was recorded cannot be made again |
+//! | a recording: MCAP, a packet capture, CoLa telegrams, a candump log, any of them compressed | refuses it: what was recorded cannot be made again |
 //! | a file with several names (hard links), or one whose owner cannot be kept | the finished content is copied into it |
 //! | a symbolic link | as above, with the file it leads to; the link stays |
 //! | a device, FIFO or terminal | writes to it directly |
@@ -25,8 +25,28 @@ use crate::leftovers::Leftover;
 /// Symbolic links that are followed one after another; the system's own limit.
 const MAX_LINKS: usize = 40;
 
-/// How a recording begins: the magic of MCAP.
-const RECORDING: [u8; 8] = *b"\x89MCAP0\r\n";
+/// How recordings begin: MCAP; packet captures of both byte orders and clocks, and pcapng; CoLa B and A; gzip and Zstandard. Nothing that is exported begins so.
+const RECORDINGS: [&[u8]; 10] = [
+    b"\x89MCAP0\r\n",
+    b"\xd4\xc3\xb2\xa1",
+    b"\xa1\xb2\xc3\xd4",
+    b"\x4d\x3c\xb2\xa1",
+    b"\xa1\xb2\x3c\x4d",
+    b"\x0a\x0d\x0d\x0a",
+    b"\x02\x02\x02\x02",
+    b"\x02s",
+    b"\x1f\x8b",
+    b"\x28\xb5\x2f\xfd",
+];
+
+/// True of what begins as a recording does; of a candump log by its first time: `(1700000000.000000) can0`.
+fn is_recording(begins: &[u8]) -> bool {
+    let is_candump = matches!(begins, [b'(', digit, ..] if digit.is_ascii_digit());
+    is_candump || RECORDINGS.iter().any(|magic| begins.starts_with(magic))
+}
+
+/// So many bytes tell what a file is.
+const BEGINNING: u64 = 16;
 
 /// The path that means standard output.
 pub const STANDARD_OUTPUT: &str = "-";
@@ -275,11 +295,11 @@ fn follow_links(path: &Path) -> io::Result<PathBuf> {
 
 /// Refuses a file that holds a recording, whole or torn.
 fn check_no_recording(target: &Path) -> io::Result<()> {
-    let mut begins = [0; RECORDING.len()];
+    let mut begins = Vec::new();
     // A FIFO is not opened: it would wait for its other end.
     let is_file = fs::metadata(target).is_ok_and(|found| found.is_file());
-    let read = is_file && File::open(target).and_then(|mut file| file.read_exact(&mut begins)).is_ok();
-    match read && begins == RECORDING {
+    let read = |file: File| file.take(BEGINNING).read_to_end(&mut begins);
+    match is_file && File::open(target).and_then(read).is_ok() && is_recording(&begins) {
         true => Err(io::Error::new(
             io::ErrorKind::AlreadyExists,
             "it holds a recording, which nothing is written over: name another file, or remove it",
@@ -380,7 +400,8 @@ mod tests {
         let path = folder.path().join("drive.mcap");
         let link = folder.path().join("link.csv");
         symlink(&path, &link).unwrap();
-        for content in [&RECORDING[..], b"\x89MCAP0\r\nand more"] {
+        let others = [&b"(1700000000.000000) can0 18FEF100#00"[..], b"\x89MCAP0\r\nand more"];
+        for content in RECORDINGS.into_iter().chain(others) {
             fs::write(&path, content).unwrap();
             for name in [&path, &link] {
                 let refused = OutputFile::create(name).unwrap_err();
@@ -389,12 +410,12 @@ mod tests {
             assert_eq!(fs::read(&path).unwrap(), content);
         }
         // What only begins like one, what is empty, and what is kept by this program itself.
-        for content in [&RECORDING[..7], b"", b"y_m,leaf_area_m2\n"] {
+        for content in [&RECORDINGS[0][..7], b"", b"y_m,leaf_area_m2\n", b"PAR1", b"<svg", b"II*\0", b"(a)"] {
             fs::write(&path, content).unwrap();
             OutputFile::create(&path).unwrap().write_whole(b"new").unwrap();
             assert_eq!(fs::read(&path).unwrap(), b"new");
         }
-        fs::write(&path, RECORDING).unwrap();
+        fs::write(&path, RECORDINGS[0]).unwrap();
         OutputFile::create_anew(&path).unwrap().write_whole(b"repaired").unwrap();
     }
 

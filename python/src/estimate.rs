@@ -38,13 +38,13 @@ struct EstimateDocument {
 
 /// Estimates leaf area from a scanner or a recording.
 #[pyfunction]
-#[pyo3(signature = (source, rig = None, *, scanner = 0, model = None, echo = None, calibration = None, scans = None, length_m = None, hertz = None, estimators = None, trees = None, profile = None))]
+#[pyo3(signature = (source, rig = None, *, scanner = None, model = None, echo = None, calibration = None, scans = None, length_m = None, hertz = None, estimators = None, trees = None, profile = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn estimate(
     py: Python<'_>,
     source: SourceOf,
     rig: Option<SceneOf>,
-    scanner: usize,
+    scanner: Option<usize>,
     model: Option<&str>,
     echo: Option<&str>,
     calibration: Option<PathBuf>,
@@ -62,6 +62,7 @@ pub(crate) fn estimate(
     let cuts: Result<Vec<CutMethod>, _> = all(trees).iter().map(|name| CutMethod::named(name)).collect();
     let cuts = cuts.map_err(Failure::from)?;
     let recorded = source.recorded_model();
+    let scanner = scanner.or_else(|| source.mount()).unwrap_or(0);
     let model = model.or(recorded);
     let (rig, stage) = match (rig, &source) {
         (None, SourceOf::Scans(scans)) => {
@@ -138,6 +139,13 @@ impl SourceOf {
             Self::Scans(scans) => scans.get().recorded_model(),
             Self::Named(source) => source.to_string_lossy().parse::<Source>().ok()?.recorded_model(),
         }
+    }
+
+    /// Which of its rig's scanners a recording says that it is of.
+    fn mount(&self) -> Option<usize> {
+        let Self::Named(source) = self else { return None };
+        let source: Source = source.to_string_lossy().parse().ok()?;
+        source.mount_in(&source.peek()?)
     }
 
     /// The rig that a recording keeps.

@@ -40,6 +40,8 @@ pub(crate) const SIDE_KEY: &str = "from";
 pub(crate) const KIND_KEY: &str = "kind";
 /// What stands before a stream's name in the key of its model.
 const MODEL_OF: &str = "model/";
+/// The same of the rig's scanner that it is.
+const MOUNT_OF: &str = "mount/";
 /// The same of the models that it can be, where its name does not tell which.
 const CANDIDATES_OF: &str = "candidates/";
 
@@ -52,6 +54,8 @@ pub struct About {
     pub models: BTreeMap<String, String>,
     /// The models that a stream's scanner can be, with commas between them, where its name is that of a family.
     pub candidates: BTreeMap<String, String>,
+    /// Which of the rig's scanners each stream is of, from 0, by the stream's name, where that is known.
+    pub mounts: BTreeMap<String, usize>,
     /// The scene, as it was named.
     pub scene: Option<String>,
     /// The rig, as a rig file has it.
@@ -83,19 +87,24 @@ impl About {
             named.collect::<Vec<_>>()
         };
         let models = of_streams(MODEL_OF, &self.models);
-        entries.chain(models).chain(of_streams(CANDIDATES_OF, &self.candidates)).collect()
+        let mounts =
+            self.mounts.iter().map(|(stream, mount)| (format!("{MOUNT_OF}{stream}"), mount.to_string()));
+        entries.chain(models).chain(of_streams(CANDIDATES_OF, &self.candidates)).chain(mounts).collect()
     }
 
-    /// Says what the scanners are: the model of each, and the streams that its telegrams may come in.
+    /// Says what the scanners are: the model of each, which of the rig's it is, and the streams that its telegrams may come in.
     #[must_use]
     pub fn of_scanners<S: IntoIterator<Item = String>>(
         mut self,
-        scanners: impl IntoIterator<Item = (&'static str, S)>,
+        scanners: impl IntoIterator<Item = (&'static str, usize, S)>,
     ) -> Self {
         let mut names = Vec::new();
-        for (model, streams) in scanners {
+        for (model, mount, streams) in scanners {
             names.push(model);
-            self.models.extend(streams.into_iter().map(|stream| (stream, model.to_owned())));
+            for stream in streams {
+                self.mounts.insert(stream.clone(), mount);
+                self.models.insert(stream, model.to_owned());
+            }
         }
         self.model = Some(names.join(", "));
         self
@@ -128,6 +137,7 @@ impl About {
             model: self.model.or(other.model),
             models: if self.models.is_empty() { other.models } else { self.models },
             candidates: if self.candidates.is_empty() { other.candidates } else { self.candidates },
+            mounts: if self.mounts.is_empty() { other.mounts } else { self.mounts },
             scene: self.scene.or(other.scene),
             rig: self.rig.or(other.rig),
             seed: self.seed.or(other.seed),
@@ -149,6 +159,12 @@ impl About {
             model: text("model"),
             models: of_streams(MODEL_OF),
             candidates: of_streams(CANDIDATES_OF),
+            mounts: entries
+                .iter()
+                .filter_map(|(key, value)| {
+                    Some((key.strip_prefix(MOUNT_OF)?.to_owned(), value.parse().ok()?))
+                })
+                .collect(),
             scene: text("scene"),
             rig: text("rig"),
             seed: text("seed").and_then(|seed| seed.parse().ok()),

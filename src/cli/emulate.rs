@@ -323,7 +323,8 @@ impl Args {
             seed: Some(stage.scene.seed),
             ..About::default()
         };
-        let about = about.of_scanners(scanners.iter().map(|spec| (spec.model.name(), spec.streams())));
+        let about =
+            about.of_scanners(scanners.iter().map(|spec| (spec.model.name(), spec.mount, spec.streams())));
         // A clock that waits for its clients can wait for the disk too.
         self.record.start(about, self.scale().delivery().is_patient())
     }

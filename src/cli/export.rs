@@ -149,5 +149,6 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
             name_of(&args.output)
         ));
     }
-    Ok(Outcome::Done)
+    // A part looks like the whole of another recording; where it breaks off is told already.
+    Ok(if scanner.broken_off().is_some() { Outcome::Finding } else { Outcome::Done })
 }

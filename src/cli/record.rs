@@ -288,6 +288,9 @@ struct Info {
     /// The models that each stream's scanner can be, where it names a family.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     candidates: BTreeMap<String, String>,
+    /// Which of the rig's scanners each stream is of, from 0.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    mounts: BTreeMap<String, usize>,
     scene: Option<String>,
     seed: Option<u64>,
     source: Option<String>,
@@ -318,7 +321,7 @@ fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Fa
         say(format_args!("{name}: {torn}; `rowscan record --repair {name}{to}` writes it anew"));
     }
     let outcome = if torn.is_some() { Outcome::Finding } else { Outcome::Done };
-    let About { model, models, candidates, scene, rig, seed, source, program } = about;
+    let About { model, models, candidates, mounts, scene, rig, seed, source, program } = about;
     let kind = recording.format().to_string();
     match format {
         Format::Json => {
@@ -329,6 +332,7 @@ fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Fa
                     model,
                     models,
                     candidates,
+                    mounts,
                     scene,
                     seed,
                     source,

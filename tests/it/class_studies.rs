@@ -191,3 +191,34 @@ fn demo_warns_of_leaves_that_the_estimate_does_not_hold_for() {
     let interval = found["estimate"]["leaf_area_interval_m2"].as_array().expect("an interval");
     assert!(interval.iter().all(Value::is_number));
 }
+
+/// Young trees in the gaps of a row are no full ones: by a law that is steeper than a line, old trees beside them are told too low, and the interval knows.
+#[test]
+fn the_interval_of_a_replanted_row_reaches_to_its_leaves() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("row.toml");
+    let told = |places: &str| {
+        let scene = format!(
+            "version = 2\nseed = 7\n[orchard]\npreset = \"spindle\"\n{places}[rig]\ncalibration = \"spindle\"\n[[rig.scanner]]\nmodel = \"lms111\"\n"
+        );
+        std::fs::write(&path, scene).expect("written");
+        let ended = run(&["demo", path.to_str().expect("UTF-8"), "--optics", "ideal", "--format", "json"]);
+        let told: serde_json::Value = serde_json::from_str(&ended.stdout).expect("JSON");
+        let found = &told["estimate"];
+        let end = |end: usize| found["leaf_area_interval_m2"][end].as_f64().expect("an interval");
+        let uneven = found["leaf_area_uncertainty"]["uneven"].as_f64().expect("a shift");
+        (uneven, [end(0), end(1)], told["truth"]["leaf_area_m2"].as_f64().expect("a truth"))
+    };
+    for (places, least, most) in [
+        ("", 0.0, 0.01),
+        ("missing = [1, 4, 5, 8, 9]\n", 0.0, 0.01),
+        ("replanted = [2, 5, 6]\n", 0.05, 0.1),
+        ("replanted = [1, 4, 5, 8, 9]\n", 0.1, 0.2),
+    ] {
+        let (uneven, [low, high], truth) = told(places);
+        assert!((least..most).contains(&uneven), "{places}: {uneven}");
+        assert!(low < truth && truth < high, "{places}: {low} {truth} {high}");
+        // The wrong twin: without that shift two of these rows lie outside.
+        assert_eq!(high * (-uneven).exp() < truth, least > 0.0, "{places}: {high} {truth}");
+    }
+}

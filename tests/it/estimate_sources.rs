@@ -273,3 +273,48 @@ fn the_rig_that_a_recording_keeps_measures_where_none_is_given() {
         assert_says(&ended.stderr, &[of_rig[0], "no recording here keeps one", "--rig"]);
     }
 }
+
+/// A source is the scanner of the rig that its recording says, whatever its place among the sources, with a rig and without.
+#[test]
+fn a_recorded_scanner_is_read_by_its_own_mount() {
+    let (_folder, file) = folder();
+    let (rig, both, second) = (file("two.toml"), file("both.mcap"), file("second.mcap"));
+    let scene = "version = 2\n[orchard]\ntrees = 2\n[orchard.tree]\niterations = 7\n[[rig.scanner]]\ndistance_m = 1.4\n\
+                 [[rig.scanner]]\ndistance_m = 2.4\n";
+    std::fs::write(&rig, scene).expect("written");
+    let tcp = "127.0.0.1:0";
+    let args = [&rig, "--scanner", "0", "--scanner", "1", "--tcp", tcp, "--tcp", tcp, "--time-scale", "20"];
+    let mut emulator = Telling::start("emulate", &args);
+    let sources = [(); 2].map(|()| format!("tcp://{}", emulator.address()));
+    let [first, other] = sources.each_ref().map(String::as_str);
+    for (to, from) in [
+        (&both, &[first, other, "--scanner", "0", "--scanner", "1"][..]),
+        (&second, &[other, "--scanner", "1"]),
+    ] {
+        let args = [&["estimate", "--rig", &rig, "--scans", "60", "--record", to], from].concat();
+        let ended = run(&args);
+        assert!(matches!(ended.code, Some(0 | 1)), "{}", ended.stderr);
+    }
+    let distances = |told: &Value| -> Vec<f64> {
+        let of = |told: &Value| told["mount"]["distance_m"].as_f64().unwrap_or_else(|| panic!("{told}"));
+        told["scanners"].as_array().map_or_else(|| vec![of(told)], |all| all.iter().map(of).collect())
+    };
+    let (left, right) = (format!("{both}#scanner0"), format!("{both}#scanner1"));
+    for (sources, expected) in [
+        (&[&left][..], &[1.4][..]),
+        (&[&right], &[2.4]),
+        (&[&right, &left], &[2.4, 1.4]),
+        (&[&left, &right], &[1.4, 2.4]),
+        (&[&second], &[2.4]),
+    ] {
+        for with in [&[][..], &["--rig", rig.as_str()]] {
+            let args: Vec<&str> =
+                sources.iter().map(|source| source.as_str()).chain(with.iter().copied()).collect();
+            let (told, said) = estimated(&args);
+            assert_eq!(distances(&told), expected, "{args:?}: {said}");
+        }
+        // The user decides.
+        let args: Vec<&str> = sources.iter().flat_map(|source| [source.as_str(), "--scanner", "0"]).collect();
+        assert!(distances(&estimated(&args).0).iter().all(|found| *found == 1.4), "{args:?}");
+    }
+}

@@ -296,6 +296,27 @@ fn a_replay_that_would_end_before_it_begins_is_refused() {
     }
 }
 
+/// What is exported of a recording that breaks off is a part: as of `record --info`, a finding.
+#[test]
+fn a_torn_recording_is_exported_as_far_as_it_goes_and_that_is_a_finding() {
+    let (_folder, file) = folder();
+    let (path, whole) = (file("run.mcap"), file("whole.mcap"));
+    std::fs::write(&path, torn(20)).expect("written");
+    assert_eq!(run(&["record", "--repair", &path, "-o", &whole]).code, Some(0));
+    for (source, code) in [(&path, 1), (&whole, 0)] {
+        let to = file("scans.csv");
+        let ended = run(&["export", source, "--to", "csv", "--what", "scans", "-o", &to]);
+        assert_eq!(ended.code, Some(code), "{source}: {}", ended.stderr);
+        assert!(std::fs::read_to_string(&to).expect("written").lines().count() > 10, "{source}");
+    }
+    // Nothing takes a recording's place.
+    let before = std::fs::read(&whole).expect("there");
+    let ended = run(&["export", &path, "--to", "csv", "-o", &whole]);
+    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+    assert_says(&ended.stderr, &["holds a recording"]);
+    assert_eq!(std::fs::read(&whole).expect("there"), before);
+}
+
 /// Whatever a file holds: scans come out, or a reason.
 #[tokio::test]
 async fn any_bytes_give_a_scan_or_a_reason() {

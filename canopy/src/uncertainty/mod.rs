@@ -2,6 +2,7 @@
 
 mod between_class;
 pub(crate) mod blocks;
+mod uneven;
 
 use serde::Serialize;
 
@@ -11,6 +12,7 @@ use crate::regression::Z95;
 
 pub use between_class::{BetweenClass, between_class};
 pub(crate) use blocks::relative_sd;
+pub(crate) use uneven::uneven;
 
 /// Relative standard deviations of a leaf area, each from one cause; `None` where it is unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -31,6 +33,10 @@ pub struct Uncertainty {
     /// `None` as `own_law`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub own_law_weighs: Option<f64>,
+    /// A shift as well: the logarithm of the leaf area that the law of the calibration tells tree by tree over the one that is told. The interval reaches there,
+    /// and beyond. `None` of a law that makes no difference, and where trees are not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uneven: Option<f64>,
     /// Of the rows that the calibration was fitted on about their own law: rows of one class differ by so much that the scans do not tell. It stands in the
     /// place of `sampling` where it is larger, for it has the sampling of those rows in it. `None` where the calibration does not say, and without one.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -85,7 +85,7 @@ fn a_run_at_whose_end_nobody_listens_is_told_unless_that_is_expected() {
 #[test]
 fn a_client_that_reads_nothing_is_told_unless_silence_or_its_exit_is_expected() {
     let unread = |run: &mut RunRecord| run.unread = [("left".to_owned(), 40_000)].into();
-    let message = "the run ended at 1.000 s with 40000 bytes of `left` unread: its client has read less than half of what it was sent, and reads no more; \
+    let message = "the run ended at 1.000 s with 40000 bytes of `left` unread, a second of scans and more: its client reads no more, or slower than scans come; \
                    expect its `unheard_s` if that is right";
     let expected = [("somebody listens at the end".to_owned(), message.to_owned())];
     assert_eq!(told("", NONE_LOST, unread), expected);

@@ -8,18 +8,20 @@ use netlink_packet_sock_diag::constants::IPPROTO_TCP;
 use super::bystanders::Bystanders;
 use super::sockets::{Sockets, ends};
 
-/// A TCP connection of this program with another one on this machine.
+/// What another program of this machine has not read of what this one sends it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unread {
     /// This program's end.
     pub here: SocketAddr,
-    /// Bytes that this program has written since the connection was opened.
-    pub written: u64,
-    /// Bytes of these that the other program has not read.
+    /// Where it sends.
+    pub peer: SocketAddr,
+    /// Bytes that this program has written since the connection was opened; `None` of datagrams.
+    pub written: Option<u64>,
+    /// Bytes that the other program has not read; of datagrams the memory that they take, what did not fit is dropped.
     pub unread: u64,
 }
 
-/// This program's TCP connections with other programs of this machine, and what these have not read.
+/// What other programs of this machine have not read of this program's TCP connections and datagrams.
 ///
 /// # Errors
 /// Where the kernel does not tell (sock_diag).
@@ -28,15 +30,23 @@ pub fn unread() -> io::Result<Vec<Unread>> {
     sockets.connections()?;
     let mut found = Vec::new();
     for known in sockets.known.clone() {
-        let Some(far) = known.far.filter(|_| known.here.protocol == IPPROTO_TCP) else { continue };
+        let Some(far) = known.far else { continue };
         let (far, near) = (sockets.ask(&far)?, sockets.ask(&known.here)?);
-        let (Some(far), Some(near), Some(counts)) = (far, near, sockets.counts(&known.here)?) else {
+        let (Some(far), Some(near)) = (far, near) else { continue };
+        if sockets.own.contains(&far.inode) {
             continue;
-        };
-        if !sockets.own.contains(&far.inode) {
-            let unread = u64::from(far.recv_queue) + u64::from(counts.pending);
-            found.push(Unread { here: ends(&near).0, written: counts.written, unread });
         }
+        let counts = match known.here.protocol {
+            IPPROTO_TCP => sockets.counts(&known.here)?,
+            _ => None,
+        };
+        let pending = counts.map_or(0, |counts| counts.pending);
+        found.push(Unread {
+            here: ends(&near).0,
+            peer: known.peer,
+            written: counts.map(|counts| counts.written),
+            unread: u64::from(far.recv_queue) + u64::from(pending),
+        });
     }
     Ok(found)
 }
@@ -74,7 +84,8 @@ mod tests {
             child.stdout.as_mut().unwrap().read_exact(&mut said).unwrap();
             let found = of();
             assert_eq!(found.len(), 1, "{found:?}");
-            assert_eq!((found[0].unread, found[0].written / 100), (10_000 - taken as u64, 100));
+            let written = found[0].written.map(|bytes| bytes / 100);
+            assert_eq!((found[0].unread, written), (10_000 - taken as u64, Some(100)));
             child.kill().unwrap();
             child.wait().unwrap();
         }

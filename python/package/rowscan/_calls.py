@@ -15,7 +15,7 @@ def estimate(
     source: Union[_Path, _native.ScanArrays],
     rig: Union[None, _Path, _native.Orchard] = None,
     *,
-    scanner: int = 0,
+    scanner: Optional[int] = None,
     model: Optional[str] = None,
     echo: Optional[str] = None,
     calibration: Optional[_Path] = None,

@@ -331,7 +331,7 @@ def estimate(
     source: Union[_Path, ScanArrays],
     rig: Union[None, _Path, Orchard] = None,
     *,
-    scanner: int = 0,
+    scanner: Optional[int] = None,
     model: Optional[str] = None,
     echo: Optional[str] = None,
     calibration: Optional[_Path] = None,
@@ -345,7 +345,7 @@ def estimate(
     """What `rowscan estimate SOURCE --rig RIG --format json` writes: leaf area, impacted area, height, by row, tree and metre.
 
     source: tcp://HOST:PORT, serial:/dev/ttyUSB0, rfc2217://HOST:PORT, a recording, or the scans of `drive` or `read`. rig: a rig file, a scene, or an
-    orchard; without it the one that a drive has, or a recording keeps, else areas are None. scanner: the rig's scanner this is, from 0. echo: "first" or "last". estimators: names, or "all"; then `side_by_side` has the row's
+    orchard; without it the one that a drive has, or a recording keeps, else areas are None. scanner: the rig's scanner this is, from 0; by default the one that a recording says, else 0. echo: "first" or "last". estimators: names, or "all"; then `side_by_side` has the row's
     numbers by each, beside the truth where `rig` is a scene or an orchard. trees: "trunk", "valley" or both, the ways to find trees in the data.
     profile: height of a band, 0.1 to 0.5 m; then `profile` has the canopy by height, of the row and of each tree.
     A live scanner ends with `scans` or `length_m`, or with Ctrl-C; where telegrams come for 10 s without a valid scan, with a warning.

@@ -47,7 +47,7 @@ use print::By;
 pub(super) use print::warnings;
 use profile::ProfileArgs;
 pub(super) use profile::band_m;
-use rig::{Beams, Loaded, Recorded};
+use rig::{Beams, Loaded, Recorded, Scanners};
 use scanner_report::ScannerReport;
 use truth::true_scene;
 
@@ -62,7 +62,7 @@ pub(super) struct Args {
     /// areas are unknown]
     #[arg(long, value_name = "RIG")]
     rig: Option<String>,
-    /// The rig's scanner this is, from 0; repeatable, in the order of the sources [default: 0, 1, …]
+    /// The rig's scanner this is, from 0; repeatable, in the order of the sources [default: the one that its recording says, else 0, 1, …]
     #[arg(long, value_name = "N")]
     scanner: Vec<usize>,
     /// Model of the scanners, instead of the one that the recording names, or else the rig's own; chooses the calibration
@@ -125,6 +125,11 @@ pub(super) struct Args {
 
 /// What the only scanner's stream is called in a recording.
 const ONE_STREAM: &str = "scanner";
+
+/// What the stream of this scanner, one of so many, is called in a recording.
+fn stream_of(scanner: usize, scanners: usize) -> String {
+    if scanners > 1 { format!("scanner{scanner}") } else { ONE_STREAM.to_owned() }
+}
 
 /// Where `watch` opens its page, unless told otherwise.
 const PAGE: &str = "127.0.0.1:8080";
@@ -223,12 +228,12 @@ impl Args {
         }
     }
 
-    /// Which of the rig's scanners each source is.
-    fn scanners(&self) -> Result<Vec<usize>, Failure> {
+    /// Which of the rig's scanners the sources are, as far as this says.
+    fn scanners(&self) -> Result<Scanners<'_>, Failure> {
         let (sources, named) = (self.sources.len(), self.scanner.len());
         match named {
-            0 => Ok((0..sources).collect()),
-            _ if named == sources => Ok(self.scanner.clone()),
+            0 => Ok(Scanners::From(0)),
+            _ if named == sources => Ok(Scanners::Asked(&self.scanner)),
             _ => Err(Failure::Usage(format!(
                 "expected one --scanner for each of the {sources} sources, in their order, found {named}"
             ))),
@@ -287,10 +292,11 @@ impl Args {
     }
 
     /// What a recording says of itself.
-    fn about(&self, rig: Option<&Rig>) -> rowscan_recording::About {
+    fn about(&self, rig: Option<&Rig>, scanners: &[usize]) -> rowscan_recording::About {
         let sources: Vec<String> = self.sources.iter().map(Source::to_string).collect();
         rowscan_recording::About {
             rig: rig.and_then(recorder::rig_text),
+            mounts: scanners.iter().map(|scanner| (stream_of(*scanner, scanners.len()), *scanner)).collect(),
             source: Some(sources.join(", ")),
             ..rowscan_recording::About::default()
         }
@@ -311,12 +317,12 @@ impl Args {
         let (Reading { cola, lms2xx, pipeline }, notes) = reading;
         let prefer = self.prefer.into();
         let mut config = DriverConfig { cola, lms2xx, wait: self.wait, prefer, ..DriverConfig::default() };
-        let stream = name.as_deref().unwrap_or(ONE_STREAM);
+        let stream = stream_of(*scanner, scanners.len());
         let (bar, page) = beside;
         // Of a file, only the page has a use for what it is.
         let kind = page.feeds.as_ref().and_then(|_| rig::recorded_kind(source));
         let kind = kind.unwrap_or_else(|| stream_kind(source));
-        config.tap = page.taps.clone().and(taping.taps()).open(stream, kind);
+        config.tap = page.taps.clone().and(taping.taps()).open(&stream, kind);
         Some(Follower {
             place,
             source: source.clone(),
@@ -398,16 +404,16 @@ pub(super) async fn watch(args: Args, interrupt: Interrupt) -> Result<Outcome, F
 }
 
 pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
-    let scanners = args.scanners()?;
+    let asked = args.scanners()?;
     if args.record.is_given() && args.is_recorded() {
         let why = "--record keeps what a scanner sends, and this is a recording already: leave it out, or write it anew with `rowscan record FILE -o NEW`";
         return Err(Failure::Usage(why.to_owned()));
     }
     let model = args.model.as_deref();
-    let loaded = rig::load(args.rig.as_deref(), model, (&args.sources, &scanners), args.beams())?;
-    let (rig, scene, mut recorded) = match loaded {
-        Some(Loaded { rig, scene, recorded }) => (Some(rig), scene, recorded),
-        None => (None, None, Vec::new()),
+    let loaded = rig::load(args.rig.as_deref(), model, (&args.sources, asked), args.beams())?;
+    let (rig, scanners, scene, mut recorded) = match loaded {
+        Some(Loaded { rig, scanners, scene, recorded }) => (Some(rig), scanners, scene, recorded),
+        None => (None, asked.of(&args.sources, 0), None, Vec::new()),
     };
     args.check_rig(rig.as_ref())?;
     let rigs: Vec<Rig> =
@@ -452,7 +458,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         None => None,
     };
     let sensors = args.sensor.open(args.format, &args.sources, args.delivery()).await?;
-    let taping = args.record.start(args.about(rig.as_ref()), false)?;
+    let taping = args.record.start(args.about(rig.as_ref(), &scanners), false)?;
     let page = Page::open(&args, &scanners).await?;
     let bar =
         progress::bar("scanning", "scans", args.scans.unwrap_or(0).saturating_mul(scanners.len() as u64));

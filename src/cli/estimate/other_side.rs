@@ -13,7 +13,7 @@ use rowscan_study::sides::SidesError;
 use super::super::Failure;
 use super::super::output::say;
 use super::on_earth::{Antenna, SceneAntenna, Way, row_by_receiver};
-use super::rig::{self, Beams, Loaded, Recorded};
+use super::rig::{self, Beams, Loaded, Recorded, Scanners};
 use crate::export::map::RowOnEarth;
 
 /// Beside each other by more than this two axes are two rows, metres, where the rig tells no row spacing to take the half of.
@@ -27,7 +27,7 @@ pub(super) struct OtherSideArgs {
     /// Where the scanner sat on that pass: a rig file, a scene file or a built-in scene's name [default: as --rig]
     #[arg(long, value_name = "RIG", requires = "other_side")]
     other_rig: Option<String>,
-    /// That rig's scanner it is, from 0 [default: as this one]
+    /// That rig's scanner it is, from 0 [default: the one that its recording says, else as this one]
     #[arg(long, value_name = "N", requires = "other_side")]
     other_scanner: Option<usize>,
     /// Where along the row that pass began, metres, by this pass's count; `gnss`: there, and that way, where the receivers in both recordings say [default: its rig's start_m]
@@ -139,12 +139,14 @@ impl OtherSideArgs {
         let (Some(slice_m), Some(voxel_m)) = (here.pipeline.slice_m(), here.pipeline.voxel_m()) else {
             return Ok(None);
         };
-        let scanner = self.other_scanner.unwrap_or(here.scanner);
+        let asked = self.other_scanner.as_slice();
+        let asked = if asked.is_empty() { Scanners::From(here.scanner) } else { Scanners::Asked(asked) };
         let name = self.other_rig.as_deref().or(name);
-        let loaded = rig::load(name, None, (std::slice::from_ref(source), &[scanner]), beams)?;
-        let Loaded { rig, recorded, scene } = loaded.ok_or_else(|| {
+        let loaded = rig::load(name, None, (std::slice::from_ref(source), asked), beams)?;
+        let Loaded { rig, scanners, recorded, scene } = loaded.ok_or_else(|| {
             Failure::Usage(format!("{source} keeps no rig: say where its scanner sat with --other-rig"))
         })?;
+        let scanner = scanners.first().copied().unwrap_or(here.scanner);
         let rig = recorded.first().map_or_else(|| rig.clone(), |told: &Recorded| told.decides(&rig));
         let heading = match self.other_start {
             None => Heading { start_m: rig.start_m, back: self.other_back },

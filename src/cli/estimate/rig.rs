@@ -19,6 +19,8 @@ use super::other_scene::other_scene;
 /// The rig of an estimate.
 pub(super) struct Loaded {
     pub(super) rig: Rig,
+    /// Which of its scanners each source is.
+    pub(super) scanners: Vec<usize>,
     /// The scene it stands in, if its file names one.
     pub(super) scene: Option<Scene>,
     /// What the recording of each source says otherwise.
@@ -43,6 +45,27 @@ pub(super) struct Recorded {
     pub(super) other_scene: Option<String>,
 }
 
+/// Which of the rig's scanners the sources are.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Scanners<'a> {
+    /// As the command line says, one a source.
+    Asked(&'a [usize]),
+    /// What its recording says of each, where the rig has that one; else the first one is this one, and so on.
+    From(usize),
+}
+
+impl Scanners<'_> {
+    /// One for each source, of a rig with so many scanners.
+    pub(super) fn of(self, sources: &[Source], mounted: usize) -> Vec<usize> {
+        let first = match self {
+            Self::Asked(scanners) => return scanners.to_vec(),
+            Self::From(first) => first,
+        };
+        let recorded = |source: &Source| source.mount_in(&source.peek()?).filter(|mount| *mount < mounted);
+        sources.iter().enumerate().map(|(place, source)| recorded(source).unwrap_or(first + place)).collect()
+    }
+}
+
 /// What the command line says of the beams, before the rig.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Beams {
@@ -55,7 +78,7 @@ pub(super) struct Beams {
 pub(super) fn load(
     name: Option<&str>,
     model: Option<&str>,
-    (sources, scanners): (&[Source], &[usize]),
+    (sources, asked): (&[Source], Scanners<'_>),
     beams: Beams,
 ) -> Result<Option<Loaded>, Failure> {
     let (rig, scene) = match name {
@@ -66,17 +89,20 @@ pub(super) fn load(
         },
     };
     let rig = Rig { optics: beams.optics.or(rig.optics), ..rig };
+    let scanners = asked.of(sources, rig.scanners.len());
     let asked = model.map(models::find).transpose()?;
-    let rig = fitted_rig(rig, scanners, asked, beams.echo);
+    let rig = fitted_rig(rig, &scanners, asked, beams.echo);
     let of_scene = name.filter(|_| scene.is_some());
     let recorded = |(source, scanner): (&Source, &usize)| {
-        let Some(recording) = source.peek() else { return Recorded::default() };
+        let Some(recording) = source.peek() else {
+            return Recorded { scanner: *scanner, ..Recorded::default() };
+        };
         let model = asked.is_none().then(|| recorded_model(source, &recording, (&rig, *scanner))).flatten();
         Recorded { model, ..Recorded::of(recording.about(), (&rig, *scanner), of_scene) }
     };
-    let recorded: Vec<Recorded> = sources.iter().zip(scanners).map(recorded).collect();
+    let recorded: Vec<Recorded> = sources.iter().zip(&scanners).map(recorded).collect();
     tell(sources, &recorded);
-    Ok(Some(Loaded { rig, scene, recorded }))
+    Ok(Some(Loaded { rig, scanners, scene, recorded }))
 }
 
 /// The rig that the first of these recordings keeps.
