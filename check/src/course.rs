@@ -110,15 +110,16 @@ fn ends_unheard(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
     Some(Shortfall { name: "somebody listens at the end".to_owned(), judged: Judged::error(message) })
 }
 
-/// A run at whose end a client takes a scanner's scans and reads them no more, or far too late.
+/// A run at whose end a client takes a scanner's scans and reads them no more, or far too late. One that a fault pauses cannot.
 fn ends_unread(scenario: &Scenario, run: &RunRecord) -> Option<Shortfall> {
-    if ends_as_expected(scenario, run) {
+    let is_paused = scenario.faults.iter().any(|fault| matches!(fault, ScenarioFault::Pause(_)));
+    if is_paused || ends_as_expected(scenario, run) {
         return None;
     }
-    let (id, bytes) = run.unread.iter().find(|(id, _)| !expects_silence(scenario, id))?;
+    let (id, bytes) = run.unread.first_key_value()?;
     let message = format!(
-        "the run ended at {} with {bytes} bytes of `{id}` unread, a second of scans and more: its client reads no more, or slower than scans come; expect its \
-         `unheard_s` if that is right",
+        "the run ended at {} with {bytes} bytes of `{id}` unread, a second of scans and more: its client reads no more, or slower than scans come; let it \
+         read them, or hang up",
         run.place()
     );
     Some(Shortfall { name: "somebody listens at the end".to_owned(), judged: Judged::error(message) })

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use rowscan_bench::Bench;
+use rowscan_bench::{Bench, Place};
 
 use crate::scenario::Scenario;
 
@@ -12,20 +12,19 @@ use crate::scenario::Scenario;
 #[cfg(target_os = "linux")]
 pub(crate) fn at_end(scenario: &Scenario, bench: &Bench, took: Duration) -> BTreeMap<String, u64> {
     use rowscan_bench::At;
-    use rowscan_emulator::lockstep::{self, Unread};
+    use rowscan_emulator::lockstep;
 
     let connections = lockstep::unread().unwrap_or_default();
-    let of = |id: &str| {
-        let is_here = |found: &&Unread| {
-            bench.places_of(id).any(|place| match place.at {
-                At::Address(at) if place.kind == "udp" => found.written.is_none() && at == found.peer,
-                At::Address(at) => found.written.is_some() && at.port() == found.here.port(),
-                _ => false,
-            })
-        };
-        let is_behind = |found: &&Unread| found.unread >= most(found.written, took);
-        connections.iter().filter(is_here).find(is_behind).map(|found| (id.to_owned(), found.unread))
+    let unread_at = |place: &Place| {
+        let At::Address(at) = place.at else { return None };
+        if place.kind == "udp" {
+            return lockstep::unread_datagrams(at).ok().filter(|unread| *unread >= DATAGRAMS);
+        }
+        let here = connections.iter().filter(|found| found.here.port() == at.port());
+        here.map(|found| (found.unread, most(found.written, took)))
+            .find_map(|(unread, most)| (unread >= most).then_some(unread))
     };
+    let of = |id: &str| Some((id.to_owned(), bench.places_of(id).find_map(unread_at)?));
     scenario.devices.iter().filter_map(|device| of(&device.id)).collect()
 }
 
@@ -34,14 +33,14 @@ pub(crate) fn at_end(_: &Scenario, _: &Bench, _: Duration) -> BTreeMap<String, u
     BTreeMap::new()
 }
 
-/// From so many unread bytes on a client is behind: what a second of this drive wrote, and never so little that it may have come just now.
+/// From so much memory of unread datagrams on a client is behind: a third of what a socket takes by default.
 #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "nothing is known to compare"))]
-fn most(written: Option<u64>, took: Duration) -> u64 {
-    const LEAST: u64 = 16 * 1024;
-    /// Of datagrams, which take more memory than bytes: a third of what a socket takes by default.
-    const DATAGRAMS: u64 = 64 * 1024;
+const DATAGRAMS: u64 = 64 * 1024;
 
-    let Some(written) = written else { return DATAGRAMS };
+/// From so many unread bytes of a connection on a client is behind: what a second of this drive wrote, and never so little that it may have come just now.
+#[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "nothing is known to compare"))]
+fn most(written: u64, took: Duration) -> u64 {
+    const LEAST: u64 = 16 * 1024;
     // Of a drive of less than a second it is all that was written.
     let a_second = written as f64 / took.as_secs_f64().max(1.0);
     (a_second as u64).max(LEAST)
@@ -54,9 +53,8 @@ mod tests {
     #[test]
     fn a_second_of_scans_is_behind_and_what_has_just_come_is_not() {
         let seconds = |s: f64| Duration::from_secs_f64(s);
-        assert_eq!(most(Some(920_000), seconds(10.0)), 92_000);
-        assert_eq!(most(Some(40_000), seconds(0.5)), 40_000, "all of a short drive");
-        assert_eq!(most(Some(40_000), seconds(10.0)), 16 * 1024);
-        assert_eq!(most(None, seconds(10.0)), 64 * 1024);
+        assert_eq!(most(920_000, seconds(10.0)), 92_000);
+        assert_eq!(most(40_000, seconds(0.5)), 40_000, "all of a short drive");
+        assert_eq!(most(40_000, seconds(10.0)), 16 * 1024);
     }
 }

@@ -83,13 +83,13 @@ fn a_run_at_whose_end_nobody_listens_is_told_unless_that_is_expected() {
 }
 
 #[test]
-fn a_client_that_reads_nothing_is_told_unless_silence_or_its_exit_is_expected() {
+fn a_client_that_reads_nothing_is_told_unless_its_exit_is_expected() {
     let unread = |run: &mut RunRecord| run.unread = [("left".to_owned(), 40_000)].into();
     let message = "the run ended at 1.000 s with 40000 bytes of `left` unread, a second of scans and more: its client reads no more, or slower than scans come; \
-                   expect its `unheard_s` if that is right";
+                   let it read them, or hang up";
     let expected = [("somebody listens at the end".to_owned(), message.to_owned())];
     assert_eq!(told("", NONE_LOST, unread), expected);
-    assert_eq!(told("", "{ what = \"unheard_s\", equals = 0 }", unread), []);
+    assert_eq!(told("", "{ what = \"unheard_s\", equals = 0 }", unread), expected, "it has asked for them");
     let left = |run: &mut RunRecord| {
         unread(run);
         run.left = Some("sut".to_owned());

@@ -34,7 +34,7 @@ use tokio::sync::Notify;
 pub use children::ChildClock;
 pub use level::{Ack, AckError, OutputAck, OutputPort};
 #[cfg(target_os = "linux")]
-pub use unread::{Unread, unread};
+pub use unread::{Unread, unread, unread_datagrams};
 
 use crate::clock::SimClock;
 use crate::compute::Compute;

@@ -36,7 +36,7 @@ impl Sockets {
 }
 
 /// True of a socket that receives datagrams to `to` from anybody.
-fn listens(socket: &InetResponseHeader, to: SocketAddr) -> bool {
+pub(super) fn listens(socket: &InetResponseHeader, to: SocketAddr) -> bool {
     let (at, from) = ends(socket);
     at.port() == to.port() && from.port() == 0 && (at.ip() == to.ip() || at.ip().is_unspecified())
 }

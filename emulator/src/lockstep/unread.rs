@@ -3,25 +3,25 @@
 use std::io;
 use std::net::SocketAddr;
 
-use netlink_packet_sock_diag::constants::IPPROTO_TCP;
+use netlink_packet_sock_diag::constants::{IPPROTO_TCP, IPPROTO_UDP};
 
 use super::bystanders::Bystanders;
-use super::sockets::{Sockets, ends};
+use super::receivers::listens;
+use super::sockets::{Sockets, TALKING, ends};
+use crate::processes;
 
-/// What another program of this machine has not read of what this one sends it.
+/// A TCP connection of this program with another one on this machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unread {
     /// This program's end.
     pub here: SocketAddr,
-    /// Where it sends.
-    pub peer: SocketAddr,
-    /// Bytes that this program has written since the connection was opened; `None` of datagrams.
-    pub written: Option<u64>,
-    /// Bytes that the other program has not read; of datagrams the memory that they take, what did not fit is dropped.
+    /// Bytes that this program has written since the connection was opened.
+    pub written: u64,
+    /// Bytes of these that the other program has not read.
     pub unread: u64,
 }
 
-/// What other programs of this machine have not read of this program's TCP connections and datagrams.
+/// This program's TCP connections with other programs of this machine, and what these have not read.
 ///
 /// # Errors
 /// Where the kernel does not tell (sock_diag).
@@ -30,30 +30,33 @@ pub fn unread() -> io::Result<Vec<Unread>> {
     sockets.connections()?;
     let mut found = Vec::new();
     for known in sockets.known.clone() {
-        let Some(far) = known.far else { continue };
+        let Some(far) = known.far.filter(|_| known.here.protocol == IPPROTO_TCP) else { continue };
         let (far, near) = (sockets.ask(&far)?, sockets.ask(&known.here)?);
-        let (Some(far), Some(near)) = (far, near) else { continue };
-        if sockets.own.contains(&far.inode) {
+        let (Some(far), Some(near), Some(counts)) = (far, near, sockets.counts(&known.here)?) else {
             continue;
-        }
-        let counts = match known.here.protocol {
-            IPPROTO_TCP => sockets.counts(&known.here)?,
-            _ => None,
         };
-        let pending = counts.map_or(0, |counts| counts.pending);
-        found.push(Unread {
-            here: ends(&near).0,
-            peer: known.peer,
-            written: counts.map(|counts| counts.written),
-            unread: u64::from(far.recv_queue) + u64::from(pending),
-        });
+        if !sockets.own.contains(&far.inode) {
+            let unread = u64::from(far.recv_queue) + u64::from(counts.pending);
+            found.push(Unread { here: ends(&near).0, written: counts.written, unread });
+        }
     }
     Ok(found)
 }
 
+/// The memory of datagrams to `to` that another program of this machine has not read, bytes; what did not fit is dropped. 0 where none receives there.
+///
+/// # Errors
+/// Where the kernel does not tell (sock_diag).
+pub fn unread_datagrams(to: SocketAddr) -> io::Result<u64> {
+    let own = processes::sockets("self")?;
+    let all = Sockets::open(Bystanders::default())?.list(IPPROTO_UDP, TALKING)?;
+    let theirs = all.iter().filter(|socket| listens(socket, to) && !own.contains(&socket.inode));
+    Ok(theirs.map(|socket| u64::from(socket.recv_queue)).max().unwrap_or(0))
+}
+
 #[cfg(test)]
 mod tests {
-    use std::io::{Read as _, Write as _};
+    use std::io::{BufRead as _, Read as _, Write as _};
     use std::net::TcpListener;
     use std::process::{Command, Stdio};
 
@@ -84,10 +87,34 @@ mod tests {
             child.stdout.as_mut().unwrap().read_exact(&mut said).unwrap();
             let found = of();
             assert_eq!(found.len(), 1, "{found:?}");
-            let written = found[0].written.map(|bytes| bytes / 100);
-            assert_eq!((found[0].unread, written), (10_000 - taken as u64, Some(100)));
+            assert_eq!((found[0].unread, found[0].written / 100), (10_000 - taken as u64, 100));
             child.kill().unwrap();
             child.wait().unwrap();
         }
+    }
+
+    #[test]
+    fn datagrams_that_another_program_has_not_read_are_told() {
+        let sender = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+        let own = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+        sender.send_to(&[1; 1000], own.local_addr().unwrap()).unwrap();
+        assert_eq!(unread_datagrams(own.local_addr().unwrap()).unwrap(), 0, "it is this program's");
+        let script = "import socket, sys\ns = socket.socket(type=socket.SOCK_DGRAM)\ns.bind(('127.0.0.1', 0))\n\
+                      print(s.getsockname()[1], flush=True)\nsys.stdin.readline()\ns.recv(2000)\nprint(flush=True)\nsys.stdin.readline()\n";
+        let mut python = Command::new("python3");
+        let spawned = python.args(["-c", script]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
+        // A machine without Python.
+        let Ok(mut child) = spawned else { return };
+        let mut said = std::io::BufReader::new(child.stdout.take().unwrap()).lines();
+        let port: u16 = said.next().unwrap().unwrap().parse().unwrap();
+        let to = SocketAddr::from(([127, 0, 0, 1], port));
+        assert_eq!(unread_datagrams(to).unwrap(), 0);
+        sender.send_to(&[1; 1000], to).unwrap();
+        assert!(unread_datagrams(to).unwrap() >= 1000);
+        child.stdin.as_mut().unwrap().write_all(b"\n").unwrap();
+        said.next().unwrap().unwrap();
+        assert_eq!(unread_datagrams(to).unwrap(), 0);
+        child.kill().unwrap();
+        child.wait().unwrap();
     }
 }
