@@ -18,7 +18,7 @@ pub(crate) fn none_within(limit: Duration, untaken: &[String], places: &BTreeMap
     let who: Vec<String> = untaken.iter().map(told).collect();
     let of = if who.is_empty() { String::new() } else { format!(" of {}", who.join(", ")) };
     format!(
-        "no one took scans within {limit:?} (`startup_wall_s`){of}: the drive has not started; have a child connect there and ask for scans, give it more \
+        "no one took scans within {limit:?} (`startup_wall_s`){of}: the drive has not started; have a child connect there and ask for scans, or receive at that address where it is a `.udp`, give it more \
          `startup_wall_s`, or leave out the scanner"
     )
 }

@@ -186,7 +186,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "fault_acts",
         keys: &["of", "equals", "above", "below", "between"],
-        tells: "telegrams, connections or values of a sweep that a fault has acted on; of one that acts on bytes or refuses connections, how often it began",
+        tells: "telegrams, connections or values of a sweep that a fault has acted on; of one that acts on bytes, refuses connections or changes the device's answers, how often it began, whether anybody asked or not",
         kind: Kind::FaultActs,
     },
     What {

@@ -61,6 +61,22 @@ const WAITS: &[(u64, &str)] = &[
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 const WAITS: &[(u64, &str)] = &[];
 
+/// System calls in which a thread sleeps by this machine's time, whoever holds the clock.
+#[cfg(target_arch = "x86_64")]
+const SLEEPS: &[(u64, &str)] = &[(35, "nanosleep"), (230, "clock_nanosleep")];
+/// The same on 64-bit ARM.
+#[cfg(target_arch = "aarch64")]
+const SLEEPS: &[(u64, &str)] = &[(101, "nanosleep"), (115, "clock_nanosleep")];
+/// Elsewhere none is known.
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+const SLEEPS: &[(u64, &str)] = &[];
+
+/// The name of a system call among these.
+fn named(number: Option<i64>, among: &[(u64, &'static str)]) -> Option<&'static str> {
+    let number = u64::try_from(number?).ok()?;
+    among.iter().find(|(known, _)| *known == number).map(|(_, name)| *name)
+}
+
 /// What a program does at the moment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Doing {
@@ -167,13 +183,12 @@ fn doing_beside(process: u32, left_out: Option<&OsStr>) -> Doing {
             Err(_) => continue,
         };
         let number = call.split(' ').next().and_then(|number| number.trim().parse::<i64>().ok());
-        let waits =
-            number.is_some_and(|number| WAITS.iter().any(|(wait, _)| u64::try_from(number) == Ok(*wait)));
-        if !waits {
-            return Doing::Works(format!(
-                "a thread runs ({})",
-                call.trim().chars().take(40).collect::<String>()
-            ));
+        if named(number, WAITS).is_none() {
+            return Doing::Works(match (named(number, SLEEPS), number) {
+                (Some(name), _) => format!("a thread sleeps by this machine's time, in {name}"),
+                (None, Some(number)) => format!("a thread is in system call {number}"),
+                (None, None) => "a thread runs".to_owned(),
+            });
         }
     }
     Doing::Waits
@@ -184,9 +199,9 @@ pub(crate) fn calls(process: u32) -> String {
     let threads = fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();
     let names = threads.map(|thread| {
         let call = fs::read_to_string(thread.path().join("syscall")).unwrap_or_default();
-        let number = call.split(' ').next().unwrap_or_default().trim().to_owned();
-        let name = WAITS.iter().find(|(wait, _)| wait.to_string() == number);
-        name.map_or(number, |(_, name)| (*name).to_owned())
+        let number = call.split(' ').next().unwrap_or_default().trim();
+        let known = number.parse().ok();
+        named(known, WAITS).or_else(|| named(known, SLEEPS)).unwrap_or(number).to_owned()
     });
     names.take(16).collect::<Vec<_>>().join(", ")
 }

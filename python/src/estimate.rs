@@ -62,7 +62,8 @@ pub(crate) fn estimate(
     let cuts: Result<Vec<CutMethod>, _> = all(trees).iter().map(|name| CutMethod::named(name)).collect();
     let cuts = cuts.map_err(Failure::from)?;
     let recorded = source.recorded_model();
-    let scanner = scanner.or_else(|| source.mount()).unwrap_or(0);
+    let told = scanner.or_else(|| source.mount());
+    let scanner = told.unwrap_or(0);
     let model = model.or(recorded);
     let (rig, stage) = match (rig, &source) {
         (None, SourceOf::Scans(scans)) => {
@@ -72,6 +73,14 @@ pub(crate) fn estimate(
         }
         (None, SourceOf::Named(_)) => {
             let kept = source.kept_rig(py)?;
+            if let Some(found) = kept.as_ref().map(|rig| rig.scanners.len()).filter(|found| *found > 1)
+                && told.is_none()
+            {
+                let why = format!(
+                    "the kept rig has {found} scanners, and the recording does not say which of them it is: say it with `scanner`, from 0"
+                );
+                return Err(Failure::from(Refusal::Usage(why)).into());
+            }
             (kept.map(|rig| fitted_rig(rig, &[scanner], model, echo)), None)
         }
         (rig, _) => rig_given(py, rig, (scanner, model, echo), !asked.is_empty())?,

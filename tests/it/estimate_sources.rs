@@ -295,6 +295,12 @@ fn a_recorded_scanner_is_read_by_its_own_mount() {
         let ended = run(&args);
         assert!(matches!(ended.code, Some(0 | 1)), "{}", ended.stderr);
     }
+    // `record` does not know which one it hears, and a rig of two does not tell.
+    let untold = file("untold.mcap");
+    assert_eq!(run(&["record", other, "-o", &untold, "--rig", &rig, "--scans", "20"]).code, Some(0));
+    let ended = run(&["estimate", &untold]);
+    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+    assert_says(&ended.stderr, &["the kept rig has 2 scanners", "--scanner"]);
     let distances = |told: &Value| -> Vec<f64> {
         let of = |told: &Value| told["mount"]["distance_m"].as_f64().unwrap_or_else(|| panic!("{told}"));
         told["scanners"].as_array().map_or_else(|| vec![of(told)], |all| all.iter().map(of).collect())

@@ -340,6 +340,9 @@ impl fmt::Display for Warning {
                 "{:.0} % of the hits lie in voxels of {voxel_m} m that too few beams passed to tell a density: leaf areas are withheld; leave `voxel_edge_m` out, drive slower, or take a finer resolution",
                 100.0 * share
             ),
+            Self::TooManyLeaves { lai } if !lai.is_finite() => f.write_str(
+                "what was met from the other side stands where this pass met no canopy: leaf areas are withheld; compare the rigs, `alley` and the starts of both passes",
+            ),
             Self::TooManyLeaves { lai } => write!(
                 f,
                 "what was met comes to a leaf area index of {lai:.0}, more than any orchard has: leaf areas are withheld; compare the mount's `roll_deg`, `height_m`, `distance_m` and angles, and the rig's \

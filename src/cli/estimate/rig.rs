@@ -61,9 +61,14 @@ impl Scanners<'_> {
             Self::Asked(scanners) => return scanners.to_vec(),
             Self::From(first) => first,
         };
-        let recorded = |source: &Source| source.mount_in(&source.peek()?).filter(|mount| *mount < mounted);
+        let recorded = |source: &Source| recorded_mount(source).filter(|mount| *mount < mounted);
         sources.iter().enumerate().map(|(place, source)| recorded(source).unwrap_or(first + place)).collect()
     }
+}
+
+/// The rig's scanner that a recording says its source is.
+fn recorded_mount(source: &Source) -> Option<usize> {
+    source.mount_in(&source.peek()?)
 }
 
 /// What the command line says of the beams, before the rig.
@@ -90,6 +95,16 @@ pub(super) fn load(
     };
     let rig = Rig { optics: beams.optics.or(rig.optics), ..rig };
     let scanners = asked.of(sources, rig.scanners.len());
+    if name.is_none()
+        && matches!(asked, Scanners::From(_))
+        && rig.scanners.len() > sources.len()
+        && let Some(untold) = sources.iter().find(|source| recorded_mount(source).is_none())
+    {
+        return Err(Failure::Usage(format!(
+            "the kept rig has {} scanners, and {untold} does not say which of them it is: say it with --scanner, from 0",
+            rig.scanners.len()
+        )));
+    }
     let asked = model.map(models::find).transpose()?;
     let rig = fitted_rig(rig, &scanners, asked, beams.echo);
     let of_scene = name.filter(|_| scene.is_some());
