@@ -238,20 +238,21 @@ fn tell_how_sure(
             [parts.remission, parts.min_share, parts.distance, parts.voxels, parts.sides].map(relative);
         uncertainty::combined(others.into_iter().chain([between_class, of_spot]))
     });
-    let by_law = |weighs: f64| {
+    let weighed = |weighs: f64| {
         of_rows.zip(of_raw).map(|(of_rows, of_raw)| uncertainty::combined([of_rows, weighs * of_raw]))
     };
-    let (about, own_law) = (by_law(1.0), relative(parts.own_law));
-    let about_own = by_law(parts.own_law_weighs.unwrap_or(1.0));
+    let (about, own_law) = (weighed(1.0), relative(parts.own_law));
+    let about_own = weighed(parts.own_law_weighs.unwrap_or(1.0));
     leaf.sampling_error_m2 = parts.sampling.and_then(ends);
-    let own_m2 = leaf_m2.map(|leaf_m2| leaf_m2 * own_law.exp());
-    let told = leaf_m2.zip(about).map(|(leaf_m2, sd)| uncertainty::interval(leaf_m2, sd));
-    let own = own_m2.zip(about_own).map(|(own_m2, sd)| uncertainty::interval(own_m2, sd));
     let uneven = relative(parts.uneven);
-    let by_tree = leaf_m2.zip(about).map(|(leaf_m2, sd)| uncertainty::interval(leaf_m2 * uneven.exp(), sd));
-    leaf.interval_m2 = told.zip(own).map(|(told, own)| uncertainty::either(told, own));
-    leaf.interval_m2 =
-        leaf.interval_m2.zip(by_tree).map(|(either, by_tree)| uncertainty::either(either, by_tree));
+    // By each law that may hold: the one that is applied, that of the calibration's own rows, and the applied one tree by tree.
+    let laws = [(0.0, about), (own_law, about_own), (uneven, about)];
+    let by_law = |leaf_m2: f64| {
+        laws.iter()
+            .filter_map(|(shift, sd)| Some(uncertainty::interval(leaf_m2 * shift.exp(), (*sd)?)))
+            .reduce(uncertainty::either)
+    };
+    leaf.interval_m2 = leaf_m2.and_then(by_law);
     leaf.uncertainty = Some(parts);
     // Pieces are drawn toward the row, by whichever law: their intervals take the difference of the two as one more cause.
     RowSds { sampling: parts.sampling, all: about_own.map(|sd| uncertainty::combined([sd, own_law, uneven])) }
