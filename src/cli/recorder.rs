@@ -1,5 +1,6 @@
 //! The flags every command has that can record what it does.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -117,6 +118,13 @@ pub(super) fn program() -> String {
 /// A rig as the text of its file; none if it has no such form.
 pub(super) fn rig_text(rig: &Rig) -> Option<String> {
     files::rig_text(rig).ok()
+}
+
+/// The rig that a recording in `file` keeps. What the user should know of it is said, and why it cannot be read.
+pub(super) fn kept_rig(about: &About, file: &dyn Display) -> Option<Rig> {
+    let tell = |what: &dyn Display| say(format_args!("{file}: its rig: {what}"));
+    let rig = files::rig_from_text(about.rig.as_deref()?, |old| tell(&old));
+    rig.inspect_err(|why| tell(&format_args!("{why}; say --rig"))).ok()
 }
 
 impl Taping {

@@ -313,11 +313,11 @@ impl Args {
         beside: (&ProgressBar, &Page),
     ) -> Option<Follower> {
         let (source, scanner) = (self.sources.get(place)?, scanners.get(place)?);
-        let name = (scanners.len() > 1).then(|| format!("scanner{scanner}"));
+        let stream = stream_of(*scanner, scanners.len());
+        let name = (scanners.len() > 1).then(|| stream.clone());
         let (Reading { cola, lms2xx, pipeline }, notes) = reading;
         let prefer = self.prefer.into();
         let mut config = DriverConfig { cola, lms2xx, wait: self.wait, prefer, ..DriverConfig::default() };
-        let stream = stream_of(*scanner, scanners.len());
         let (bar, page) = beside;
         // Of a file, only the page has a use for what it is.
         let kind = page.feeds.as_ref().and_then(|_| rig::recorded_kind(source));
@@ -413,7 +413,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let loaded = rig::load(args.rig.as_deref(), model, (&args.sources, asked), args.beams())?;
     let (rig, scanners, scene, mut recorded) = match loaded {
         Some(Loaded { rig, scanners, scene, recorded }) => (Some(rig), scanners, scene, recorded),
-        None => (None, asked.of(&args.sources, 0), None, Vec::new()),
+        None => (None, asked.in_order(args.sources.len()), None, Vec::new()),
     };
     args.check_rig(rig.as_ref())?;
     let rigs: Vec<Rig> =

@@ -1,7 +1,5 @@
 //! The rig that an estimate is made by.
 
-use std::fmt::Display;
-
 use rowscan_canopy::Warning;
 use rowscan_driver::Source;
 use rowscan_protocol::model::AnyModel;
@@ -12,7 +10,7 @@ use rowscan_scenes::files;
 use rowscan_study::reading::fitted_rig;
 
 use super::super::output::say;
-use super::super::recorder::rig_text;
+use super::super::recorder::{kept_rig, rig_text};
 use super::super::{Failure, models};
 use super::other_scene::other_scene;
 
@@ -55,20 +53,30 @@ pub(super) enum Scanners<'a> {
 }
 
 impl Scanners<'_> {
-    /// One for each source, of a rig with so many scanners.
-    pub(super) fn of(self, sources: &[Source], mounted: usize) -> Vec<usize> {
-        let first = match self {
-            Self::Asked(scanners) => return scanners.to_vec(),
-            Self::From(first) => first,
-        };
-        let recorded = |source: &Source| recorded_mount(source).filter(|mount| *mount < mounted);
-        sources.iter().enumerate().map(|(place, source)| recorded(source).unwrap_or(first + place)).collect()
+    /// One for each source without a rig, where none is told.
+    pub(super) fn in_order(self, sources: usize) -> Vec<usize> {
+        match self {
+            Self::Asked(scanners) => scanners.to_vec(),
+            Self::From(first) => (first..first + sources).collect(),
+        }
     }
-}
 
-/// The rig's scanner that a recording says its source is.
-fn recorded_mount(source: &Source) -> Option<usize> {
-    source.mount_in(&source.peek()?)
+    /// One for each source, of this rig. One that a recording keeps does not tell them apart where it has more scanners than there are sources.
+    fn of(self, sources: &[Source], rig: &Rig, is_kept: bool) -> Result<Vec<usize>, Failure> {
+        let Self::From(_) = self else { return Ok(self.in_order(sources.len())) };
+        let mounted = rig.scanners.len();
+        let mut scanners = self.in_order(sources.len());
+        for (source, scanner) in sources.iter().zip(&mut scanners) {
+            let recorded = source.peek().and_then(|recording| source.mount_in(&recording));
+            if recorded.is_none() && is_kept && mounted > sources.len() {
+                return Err(Failure::Usage(format!(
+                    "the kept rig has {mounted} scanners, and {source} does not say which of them it is: say it with --scanner, from 0"
+                )));
+            }
+            *scanner = recorded.filter(|mount| *mount < mounted).unwrap_or(*scanner);
+        }
+        Ok(scanners)
+    }
 }
 
 /// What the command line says of the beams, before the rig.
@@ -88,23 +96,13 @@ pub(super) fn load(
 ) -> Result<Option<Loaded>, Failure> {
     let (rig, scene) = match name {
         Some(name) => files::load_rig(name, say)?,
-        None => match kept_rig(sources) {
+        None => match first_kept_rig(sources) {
             Some(rig) => (rig, None),
             None => return Ok(None),
         },
     };
     let rig = Rig { optics: beams.optics.or(rig.optics), ..rig };
-    let scanners = asked.of(sources, rig.scanners.len());
-    if name.is_none()
-        && matches!(asked, Scanners::From(_))
-        && rig.scanners.len() > sources.len()
-        && let Some(untold) = sources.iter().find(|source| recorded_mount(source).is_none())
-    {
-        return Err(Failure::Usage(format!(
-            "the kept rig has {} scanners, and {untold} does not say which of them it is: say it with --scanner, from 0",
-            rig.scanners.len()
-        )));
-    }
+    let scanners = asked.of(sources, &rig, name.is_none())?;
     let asked = model.map(models::find).transpose()?;
     let rig = fitted_rig(rig, &scanners, asked, beams.echo);
     let of_scene = name.filter(|_| scene.is_some());
@@ -121,20 +119,12 @@ pub(super) fn load(
 }
 
 /// The rig that the first of these recordings keeps.
-pub(crate) fn kept_rig(sources: &[Source]) -> Option<Rig> {
-    let mut kept = sources.iter().filter_map(|source| Some((source, source.peek()?.about().rig.clone()?)));
-    let (source, text) = kept.next()?;
-    let tell = |what: &dyn Display| say(format_args!("{source}: its rig: {what}"));
-    match files::rig_from_text(&text, |old| tell(&old)) {
-        Ok(rig) => {
-            say(format_args!("no --rig: by the rig that {source} keeps"));
-            Some(rig)
-        }
-        Err(why) => {
-            tell(&why);
-            None
-        }
-    }
+fn first_kept_rig(sources: &[Source]) -> Option<Rig> {
+    let mut recordings = sources.iter().filter_map(|source| Some((source, source.peek()?)));
+    let (source, recording) = recordings.find(|(_, recording)| recording.about().rig.is_some())?;
+    let rig = kept_rig(recording.about(), source)?;
+    say(format_args!("no --rig: by the rig that {source} keeps"));
+    Some(rig)
 }
 
 /// The model that a recording is read as by this scanner of the rig; said where the rig has another one there.

@@ -1,6 +1,5 @@
 //! Places in a recording: by time, by scan, by metre of the row.
 
-use std::fmt::Display;
 use std::str::FromStr;
 use std::sync::OnceLock;
 
@@ -9,6 +8,7 @@ use rowscan_scenes::files;
 
 use super::super::Failure;
 use super::super::output::say;
+use super::super::recorder;
 use super::recorded_way::RecordedWay;
 use rowscan_emulator::replay::{Moment, Part, ReplayError, Survey};
 
@@ -134,16 +134,9 @@ impl<'a> Places<'a> {
         }
         let found = match self.rig {
             Some(name) => Some(files::load_rig(name, say)?.0),
-            None => self.recorded(),
+            None => recorder::kept_rig(&self.survey.about, &self.survey.path.display()),
         };
         Ok(self.found.get_or_init(|| found).clone())
-    }
-
-    fn recorded(&self) -> Option<Rig> {
-        let text = self.survey.about.rig.as_deref()?;
-        let tell = |what: &dyn Display| say(format_args!("{}: its rig: {what}", self.survey.path.display()));
-        let rig = files::rig_from_text(text, |old| tell(&old));
-        rig.inspect_err(|why| tell(&format_args!("{why}; say --rig"))).ok()
     }
 }
 
