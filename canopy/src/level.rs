@@ -26,6 +26,11 @@ pub(crate) const FAR_BELOW_M: f64 = 0.35;
 /// was reflected twice, and furrows. A roll that is wrong by 40° to 100° puts a seventh and more there.
 const BELOW_SHARE: f64 = 0.1;
 
+/// What stands lower is grass, and no more than most clearances take, metres above the ground.
+pub(crate) const GRASS_M: f64 = 0.3;
+/// Share of the returns above grass that a clearance may take before that is told.
+const CUT_SHARE: f64 = 0.02;
+
 /// The canopy's returns by height.
 #[derive(Clone, Debug)]
 pub(crate) struct Levels {
@@ -34,11 +39,13 @@ pub(crate) struct Levels {
     /// Returns of the alley, before the row axis, and those far below its ground.
     alley: u64,
     far_below: u64,
+    /// Returns above grass that the rig's clearance takes for ground.
+    cut: u64,
 }
 
 impl Default for Levels {
     fn default() -> Self {
-        Self { bins: [0; BINS], returns: 0, alley: 0, far_below: 0 }
+        Self { bins: [0; BINS], returns: 0, alley: 0, far_below: 0, cut: 0 }
     }
 }
 
@@ -65,6 +72,18 @@ impl Levels {
     pub(crate) fn add_alley(&mut self, above_m: f64) {
         self.alley += 1;
         self.far_below += u64::from(above_m < -FAR_BELOW_M);
+    }
+
+    /// Counts a return that is ground by the rig's clearance, at this height above the ground that the rig tells.
+    pub(crate) fn add_ground(&mut self, above_m: f64) {
+        self.cut += u64::from(above_m > GRASS_M);
+    }
+
+    /// Share of the returns above grass that the rig's clearance takes for ground, where it is more than a few.
+    pub(crate) fn cut(&self) -> Option<f64> {
+        let all = self.returns + self.cut;
+        let share = self.cut as f64 / all.max(1) as f64;
+        (all >= LEAST_CANOPY && share > CUT_SHARE).then_some(share)
     }
 
     /// Share of the alley's returns far below the ground that the rig tells, where it is more than ground can have there.

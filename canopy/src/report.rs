@@ -330,6 +330,10 @@ fn row(
     } else if let Some(share) = pass.row.below_ground() {
         estimate.warnings.push(Warning::BelowGround { share });
     }
+    if let Some(share) = pass.row.cut_by_clearance() {
+        let clearance_m = pass.row.frame().ground_clearance_m;
+        estimate.warnings.push(Warning::Clearance { share, clearance_m });
+    }
     if !pass.row.has_far_gate() {
         estimate.warnings.push(Warning::NoFarRowGate);
     }
@@ -404,6 +408,10 @@ fn row(
         Err(Withheld::TooManyLeaves) => {
             let lai = pass.row.too_many_leaves(totals).unwrap_or(f64::INFINITY);
             estimate.warnings.push(Warning::TooManyLeaves { lai });
+        }
+        Err(Withheld::CanopyAtScanner) => {
+            let warning = |share| Warning::CanopyAtScanner { share, distance_m: pass.mount.distance_m };
+            estimate.warnings.extend(pass.row.at_scanner().map(warning));
         }
         Err(Withheld::RowElsewhere) => {
             let elsewhere = pass.row.elsewhere(totals, &pass.row.sampled_so_far());

@@ -315,7 +315,10 @@ impl Row {
             let mut canopy = None;
             match place {
                 None => {}
-                Some(Place::Ground) => self.totals.returns.ground += 1,
+                Some(Place::Ground) => {
+                    self.totals.returns.ground += 1;
+                    self.levels.add_ground(above_ground_m);
+                }
                 Some(Place::Far) => self.totals.returns.far += 1,
                 Some(Place::Canopy { x_m, z_m }) => {
                     area_m += range_m * beam.area_factor;

@@ -284,6 +284,13 @@ pub enum Warning {
         /// It lies so far below that leaf areas are withheld.
         withheld: bool,
     },
+    /// The rig's clearance takes returns above grass for ground.
+    Clearance {
+        /// Share of all returns above grass.
+        share: f64,
+        /// The clearance, metres.
+        clearance_m: f64,
+    },
     /// So many returns lie far below where the rig has the ground that it has the scanner wrong: leaf areas are withheld.
     BelowGround {
         /// Share of the returns.
@@ -364,6 +371,13 @@ pub enum Warning {
     MostlyUnseen {
         /// Share of its voxels that too few beams reached.
         share: f64,
+    },
+    /// Much of the canopy lies where the scanner was driven: leaf areas are withheld.
+    CanopyAtScanner {
+        /// Share of its returns there.
+        share: f64,
+        /// How far the axis is from the mirror by the rig, metres.
+        distance_m: f64,
     },
     /// The canopy does not stand about the rig's row axis: leaf areas are withheld.
     RowElsewhere {
@@ -499,9 +513,11 @@ impl Warning {
             Self::VoxelEdge { .. } => "voxel_edge",
             Self::TooFewBeams { .. } => "too_few_beams",
             Self::TooManyLeaves { .. } => "too_many_leaves",
+            Self::CanopyAtScanner { .. } => "canopy_at_scanner",
             Self::RowElsewhere { .. } => "row_elsewhere",
             Self::MostlyUnseen { .. } => "mostly_unseen",
             Self::GroundSlope { .. } => "ground_slope",
+            Self::Clearance { .. } => "ground_clearance",
             Self::GroundLevel { .. } | Self::BelowGround { .. } => "ground_level",
             Self::BeforeRow { .. } => "before_row",
             Self::PastRow { .. } => "past_row",

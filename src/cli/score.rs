@@ -361,9 +361,11 @@ impl Report {
         }
         let unheeded: usize = self.unheeded.iter().map(|unheeded| unheeded.commands).sum();
         all.push(("unheeded_commands".to_owned(), Some(unheeded as f64)));
+        let held = |breach: &Breach| breach.forbidden_s > 0.0 || breach.litres > 0.0;
         let litres = self.forbidden.iter().map(|breach| breach.litres).sum();
-        // As interception, unknown where nothing was heard.
-        all.push(("forbidden_litres".to_owned(), self.interception.as_ref().map(|_| litres)));
+        // As in a scenario, unknown where no rule held; and, as interception, where nothing was heard.
+        let is_known = self.interception.is_some() && self.forbidden.iter().any(held);
+        all.push(("forbidden_litres".to_owned(), is_known.then_some(litres)));
         if let Some(found) = &self.interception {
             all.extend(intercepted(&found.run));
             let constant = found.constant.off_target_share;

@@ -16,7 +16,7 @@ use serde::Serialize;
 use tokio::task::JoinHandle;
 
 use super::Failure;
-use super::output::name_of;
+use super::output::{name_of, say};
 
 /// `--truth FILE`
 #[derive(Debug, clap::Args)]
@@ -34,7 +34,13 @@ pub(super) struct TruthFile(Option<Writing>);
 #[derive(Debug)]
 struct Writing {
     name: String,
-    writer: JoinHandle<std::io::Result<BufWriter<OutputFile>>>,
+    writer: JoinHandle<std::io::Result<Written>>,
+}
+
+#[derive(Debug)]
+struct Written {
+    out: BufWriter<OutputFile>,
+    scans: u64,
 }
 
 impl TruthArgs {
@@ -59,13 +65,19 @@ impl TruthArgs {
 }
 
 impl TruthFile {
-    /// Puts the file in its place, when the rig has ended.
+    /// Puts the file in its place, when the rig has ended; one without a scan is not kept, and what was there stays.
     pub(super) async fn finish(self) -> Result<(), Failure> {
         let Some(Writing { name, writer }) = self.0 else { return Ok(()) };
         let written = writer.await.unwrap_or_else(|cause| Err(std::io::Error::other(cause)));
+        let failed = |cause| Failure::Write { what: name.clone(), cause };
+        let Written { out, scans } = written.map_err(failed)?;
+        if scans == 0 {
+            say(format_args!("no scan went to a client: {name} is not kept"));
+            return Ok(());
+        }
         let commit =
             |out: BufWriter<OutputFile>| out.into_inner().map_err(IntoInnerError::into_error)?.commit();
-        written.and_then(commit).map_err(|cause| Failure::Write { what: name, cause })
+        commit(out).map_err(failed)
     }
 }
 
@@ -87,12 +99,14 @@ fn write(
     mut out: BufWriter<OutputFile>,
     told: &Receiver<ScanMoment>,
     truth: &RowTruth,
-) -> std::io::Result<BufWriter<OutputFile>> {
+) -> std::io::Result<Written> {
+    let mut scans = 0;
     for moment in told {
         serde_json::to_writer(&mut out, &truth.record(&moment))?;
         out.write_all(b"\n")?;
+        scans += 1;
     }
-    Ok(out)
+    Ok(Written { out, scans })
 }
 
 /// The cells of all rows that the drive passes, by row.

@@ -109,6 +109,8 @@ impl<'a> Law<'a> {
             Some(Withheld::TooFewBeams)
         } else if row.too_many_leaves(&totals).is_some() {
             Some(Withheld::TooManyLeaves)
+        } else if row.at_scanner().is_some() {
+            Some(Withheld::CanopyAtScanner)
         } else if row.elsewhere(&totals, &sampled).is_some() {
             Some(Withheld::RowElsewhere)
         } else if sampled.unseen() > most_unseen(calibration, sampled.hits) {

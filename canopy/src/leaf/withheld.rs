@@ -75,6 +75,7 @@ reasons! {
     TooManyLeaves = 33, "too_many_leaves", "more was met on the ground's area than any orchard has leaves";
     RowElsewhere = 34, "row_elsewhere", "the canopy does not lie about the rig's row axis";
     MostlyUnseen = 35, "mostly_unseen", "too few beams reached half of the row";
+    CanopyAtScanner = 36, "canopy_at_scanner", "much of the canopy lies where the scanner was driven";
 }
 
 impl fmt::Display for Withheld {

@@ -29,6 +29,11 @@ impl Row {
         mistaken.or_else(|| self.ground.in_canopy())
     }
 
+    /// Share of the returns above grass that the rig's clearance takes for ground, where it is more than a few.
+    pub(crate) fn cut_by_clearance(&self) -> Option<f64> {
+        self.levels.cut()
+    }
+
     /// True where the ground lies so far below where the rig has it that leaves count as ground.
     pub(crate) fn takes_leaves_for_ground(&self) -> bool {
         self.other_level_m().is_some_and(|level_m| level_m < -FAR_BELOW_M)
@@ -71,6 +76,11 @@ impl Row {
         // What reaches the middle between the rows may have been taken for the next one's.
         let gate_m = self.frame.far_gate_m - self.frame.distance_m - NEAR_GATE_M;
         self.across.elsewhere().filter(|faces| matters || faces.far_m > gate_m)
+    }
+
+    /// Share of the canopy that lies where the scanner is driven, where that is much.
+    pub(crate) fn at_scanner(&self) -> Option<f64> {
+        self.across.at_scanner(self.frame.distance_m)
     }
 
     /// Leaf area index of all that was met, by the row's sums so far, where it is more than any orchard has.

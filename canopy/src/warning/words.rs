@@ -6,9 +6,10 @@ use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::plural::plural;
 
 use super::Warning;
+use crate::across::NEAR_SCANNER_M;
 use crate::class::ClassKey;
 use crate::gate::Exclusion;
-use crate::level::FAR_BELOW_M;
+use crate::level::{FAR_BELOW_M, GRASS_M};
 use crate::odometry::AdvanceSource;
 use crate::remission::RemissionScale;
 
@@ -354,6 +355,12 @@ impl fmt::Display for Warning {
                  (`--other-side`), slower or at a finer resolution, and compare the mount's `roll_deg`, `height_m` and angles with the machine",
                 100.0 * share
             ),
+            Self::CanopyAtScanner { share, distance_m } => write!(
+                f,
+                "{:.0} % of the canopy's returns lie within {NEAR_SCANNER_M} m of the scanner's way: it was driven through the crowns, where leaves before the mirror hide all others, so leaf areas are withheld; \
+                 drive farther from the row, or measure `distance_m`, {distance_m} m, again",
+                100.0 * share
+            ),
             Self::RowElsewhere { near_m, far_m, distance_m } => {
                 let place = |behind_m: f64| {
                     let side = if behind_m > 0.0 { "behind" } else { "before" };
@@ -396,6 +403,12 @@ impl fmt::Display for Warning {
                 if *level_m > 0.0 { "what stands out of that counts as leaves" } else { "heights are too low by as much, and low leaves are taken for ground" },
                 if *withheld { ", and leaf areas are withheld" } else { "" },
                 if *level_m > 0.0 { ", or raise `ground_clearance_m` above grass and weeds" } else { "" }
+            ),
+            Self::Clearance { share, clearance_m } => write!(
+                f,
+                "{:.0} % of the returns from {GRASS_M} m above the ground on lie below the rig's ground_clearance_m, {clearance_m} m, and count as ground: leaves there are in no leaf area, nor in its interval; \
+                 lower `ground_clearance_m` unless they are weeds",
+                100.0 * share
             ),
             Self::BelowGround { share } => write!(
                 f,

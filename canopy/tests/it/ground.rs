@@ -69,6 +69,22 @@ fn ground_that_counts_as_canopy_is_told() {
 
 /// Beams that a wrong roll leads to the ground meet nothing; where a part of the ground does not answer, or no beam leads there, that tells nothing.
 #[test]
+fn a_clearance_that_takes_leaves_for_ground_is_told() {
+    // The crown begins at 0.6 m.
+    for clearance_m in [0.1, 0.5, 0.8, 1.5] {
+        let told = Rig { ground_clearance_m: clearance_m, scanners: vec![Mount::default()], ..orchard_rig() };
+        let found = orchard_on_ground(&told, Mount::default().height_m);
+        let text =
+            found.warnings.iter().map(ToString::to_string).find(|text| text.starts_with("ground_clearance"));
+        assert_eq!(text.is_some(), clearance_m > 0.6, "{clearance_m}: {:?}", found.warnings);
+        // Of 2.2 m of crown so much lies below.
+        let share = 100.0 * (clearance_m - 0.6) / 2.2;
+        let told: Option<f64> = text.and_then(|text| text.split(' ').nth(1)?.parse().ok());
+        assert!(told.is_none_or(|told| (told - share).abs() < 6.0), "{clearance_m}: {told:?} {share}");
+    }
+}
+
+#[test]
 fn ground_that_answers_no_beam_withholds() {
     for height_m in [1.2, 1.6, 2.4] {
         let told = Rig { scanners: vec![Mount { height_m, ..Mount::default() }], ..orchard_rig() };

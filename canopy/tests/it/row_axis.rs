@@ -84,3 +84,14 @@ fn a_row_of_which_only_the_near_face_is_seen_is_not_told_either() {
     let text = warnings.iter().map(ToString::to_string).find(|text| text.starts_with("row_elsewhere"));
     assert!(text.as_ref().is_some_and(|text| text.contains("so dense")), "{text:?}");
 }
+
+#[test]
+fn a_scanner_that_is_driven_through_the_crowns_tells_no_leaf_area() {
+    // The near face lies 0.1 m beside the mirror, then 0.6 m.
+    let (found, warnings) = told_at(DISTANCE_M, &turbid(3.6, 4.0, 400, 5));
+    assert_eq!(found, Err(Withheld::CanopyAtScanner));
+    let text = warnings.iter().map(ToString::to_string).find(|text| text.starts_with("canopy_at_scanner"));
+    assert!(text.as_ref().is_some_and(|text| text.contains("within 0.35 m")), "{text:?}");
+    let (found, _) = told_at(DISTANCE_M, &turbid(2.6, 4.0, 400, 5));
+    assert_ne!(found, Err(Withheld::CanopyAtScanner));
+}
