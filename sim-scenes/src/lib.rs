@@ -61,6 +61,7 @@ pub mod season;
 pub mod seed;
 mod seen;
 mod seen_row;
+mod sower;
 mod support;
 mod target;
 pub mod trained;

@@ -2,23 +2,13 @@
 
 use serde::Serialize;
 
-use crate::generator::draft::{Age, Blade, Draft};
+use crate::generator::draft::Draft;
 use crate::growth::prune::Envelope;
-use crate::organ::Leaf;
-use crate::placement::Placement;
-use crate::seed::{Purpose, Stream};
+use crate::seed::Purpose;
+use crate::sower::Sower;
 
 /// How far from the target is good enough, relative.
 pub(crate) const TOLERANCE: f64 = 0.01;
-
-/// Wood thicker than this bears no added leaf where thinner wood is there, metres of radius.
-const BEARING_RADIUS_M: f64 = 0.015;
-
-/// How often an added leaf looks for a place before the target is given up.
-const TRIES: u32 = 64;
-
-/// Times its own leaves that a tree may be given.
-const MOST_ADDED: usize = 50;
 
 /// What was done to reach a leaf area index.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -31,7 +21,7 @@ pub struct Adjustment {
     pub reached_lai: f64,
     /// Leaves taken away.
     pub leaves_thinned: usize,
-    /// Leaves added: copies of the tree's own, turned, on its own thin wood.
+    /// Leaves added: copies of the tree's own, turned, on its own thin wood; of a tree with four times its own leaves, on shoots that are added too.
     pub leaves_seeded: usize,
 }
 
@@ -165,8 +155,8 @@ fn sow(
     while !sowers.is_empty() {
         let mut full = Vec::new();
         for (place, sower) in sowers.iter_mut().enumerate() {
-            let standing = copies.get(sower.number).copied().unwrap_or(0);
-            let Some(draft) = drafts.get_mut(sower.number) else { continue };
+            let standing = copies.get(sower.number()).copied().unwrap_or(0);
+            let Some(draft) = drafts.get_mut(sower.number()) else { continue };
             let Some(blade) = sower.next(draft, goal.envelope) else {
                 full.push(place);
                 continue;
@@ -184,67 +174,4 @@ fn sow(
         }
     }
     Ok(seeded)
-}
-
-/// Adds leaves to one tree.
-struct Sower {
-    number: usize,
-    stream: Stream,
-    /// Leaves that may be copied: the tree's own.
-    own: usize,
-    /// Thin pieces of wood with the length up to each one's end.
-    bearers: Vec<(usize, f64)>,
-}
-
-impl Sower {
-    /// None for a tree without leaves or without wood.
-    fn new(number: usize, draft: &Draft, stream: Stream) -> Option<Self> {
-        // Where none of its leaves stands on old wood, none is added there.
-        let is_old = |blade: &Blade| draft.segments.get(blade.segment).is_some_and(|at| at.age == Age::Older);
-        let on_old_wood = draft.blades.iter().any(is_old);
-        let bearers = |most_m: f64| -> Vec<(usize, f64)> {
-            let mut end_m = 0.0;
-            let thin = draft.segments.iter().enumerate();
-            thin.filter(|(_, segment)| segment.length_m > 0.0 && segment.radius_m <= most_m)
-                .filter(|(_, segment)| on_old_wood || segment.age != Age::Older)
-                .map(|(number, segment)| {
-                    end_m += segment.length_m;
-                    (number, end_m)
-                })
-                .collect()
-        };
-        let thin = bearers(BEARING_RADIUS_M);
-        let bearers = if thin.is_empty() { bearers(f64::INFINITY) } else { thin };
-        let own = draft.blades.len();
-        (own > 0 && !bearers.is_empty()).then_some(Self { number, stream, own, bearers })
-    }
-
-    /// A copy of one of the tree's leaves, turned about the vertical, on a random point of its thin wood and as far from it as the
-    /// leaf was. None where no room was found, or the tree has been given enough.
-    fn next(&mut self, draft: &Draft, envelope: Option<&Envelope>) -> Option<Blade> {
-        if draft.blades.len() >= self.own.saturating_mul(MOST_ADDED + 1) {
-            return None;
-        }
-        (0..TRIES).find_map(|_| {
-            let donor = draft.blades.get((self.stream.unit() * self.own as f64) as usize)?;
-            let total_m = self.bearers.last()?.1;
-            let at_m = self.stream.unit() * total_m;
-            let bearer = self.bearers.partition_point(|(_, end_m)| *end_m <= at_m);
-            let (number, end_m) = *self.bearers.get(bearer)?;
-            let segment = draft.segments.get(number)?;
-            let along_m = (segment.length_m - (end_m - at_m)).clamp(0.0, segment.length_m);
-            let stalk = segment.base + segment.direction * along_m;
-            let from = draft.segments.get(donor.segment)?;
-            let was = from.base + from.direction * donor.along_m;
-            let turn_deg = self.stream.unit() * 360.0;
-            let to_origin = Placement::at((-was).to_array());
-            let to_stalk = Placement::at(stalk.to_array()).turned(turn_deg);
-            let leaf: Leaf = donor.leaf.placed(&to_origin).placed(&to_stalk);
-            let inside = |leaf: &Leaf| {
-                envelope.is_none_or(|envelope| leaf.outline().iter().all(|vertex| envelope.contains(*vertex)))
-            };
-            let petiole = donor.petiole.map(|petiole| petiole.placed(&to_origin).placed(&to_stalk));
-            inside(&leaf).then_some(Blade { segment: number, along_m, leaf, petiole })
-        })
-    }
 }

@@ -1,5 +1,7 @@
 //! Leaf area by season and by demand.
 
+use std::collections::BTreeSet;
+
 use rowscan_scenes::orchard::{OrchardParameters, Preset};
 use rowscan_scenes::season::Season;
 use rowscan_scenes::{GeneratorKind, GrowError, Orchard, TargetError};
@@ -39,6 +41,42 @@ fn a_target_is_reached_by_thinning_and_by_adding_and_it_is_said() {
         assert_eq!(truth.wood_area_m2, grown.wood_area_m2);
         assert_eq!(orchard.foliage().unwrap().older_share, 0.0, "no leaf is added on old wood");
     }
+}
+
+#[test]
+fn leaves_beyond_four_times_a_trees_own_stand_on_shoots_that_are_added() {
+    let natural = grow(&spindle(None));
+    let of = |factor: f64| grow(&spindle(Some(factor * natural.truth().lai.unwrap())));
+    let wood = |orchard: &Orchard| orchard.count(|tree| tree.wood.len());
+    // Cells of 0.1 m with a leaf in them.
+    let cells = |orchard: &Orchard| {
+        let cell = |leaf: &rowscan_scenes::Leaf| leaf.centroid().map(|m| (m / 0.1).floor() as i32);
+        orchard
+            .trees()
+            .flat_map(|tree| tree.leaves.iter().map(cell).collect::<Vec<_>>())
+            .collect::<BTreeSet<_>>()
+            .len()
+    };
+    let (three, eight) = (of(3.0), of(8.0));
+    assert_eq!(wood(&three), wood(&natural));
+    let leaves = natural.count(|tree| tree.leaves.len());
+    let shoots = wood(&eight) - wood(&natural);
+    let on_shoots = eight.count(|tree| tree.leaves.len()) - 4 * leaves;
+    // Twelve a shoot; the least tree of four has its shoots earlier.
+    let expected = on_shoots as f64 / 12.0;
+    assert!((0.98 * expected..1.25 * expected).contains(&(shoots as f64)), "{shoots} {expected}");
+    assert!(cells(&eight) as f64 > 1.3 * cells(&three) as f64, "{} {}", cells(&eight), cells(&three));
+    let inside = |v: &[f64; 3]| v[0].abs() <= 1.05 + 1e-9 && (0.6 - 1e-9..=3.0 + 1e-9).contains(&v[2]);
+    let ends = |tree: &rowscan_scenes::Tree| -> Vec<[f64; 3]> {
+        tree.wood
+            .iter()
+            .filter(|wood| wood.radius_m() == 0.002)
+            .flat_map(|wood| [wood.base(), wood.tip()])
+            .collect()
+    };
+    assert!(eight.trees().flat_map(|tree| ends(&tree)).all(|point| inside(&point)));
+    assert!(eight.trees().all(|tree| tree.leaves.iter().flat_map(|leaf| leaf.outline()).all(inside)));
+    assert_eq!(eight.foliage().unwrap().older_share, 0.0);
 }
 
 #[test]
