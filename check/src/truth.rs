@@ -3,6 +3,9 @@
 use rowscan_canopy::Estimate;
 use rowscan_emulator::stage::Stage;
 
+/// Ways so near to each other are the same: scans are delivered a little after they were made.
+const SAME_WAY: f64 = 0.02;
+
 /// The trees of a row.
 #[derive(Clone, Debug)]
 pub(crate) struct Trees(Vec<Tree>);
@@ -34,8 +37,9 @@ impl Trees {
         nearest.y_m.map(|_| nearest.number)
     }
 
-    /// (estimate − truth) / truth of the leaf area, over the trees scanned from end to end; none without any.
-    pub(crate) fn leaf_area_error(&self, estimate: &Estimate) -> Option<f64> {
+    /// (estimate − truth) / truth of the leaf area, over the trees scanned from end to end; none without any. By an encoder that counts more or less than was
+    /// driven, trees are cells of more or less row: then a tree's error counts with the estimate's way over the one driven, as it does in the row's leaf area.
+    pub(crate) fn leaf_area_error(&self, estimate: &Estimate, way_m: Option<f64>) -> Option<f64> {
         let (mut found_m2, mut real_m2) = (0.0, 0.0);
         for found in estimate.trees.iter().filter(|tree| tree.complete) {
             // Behind the row's end stands none of its trees.
@@ -43,6 +47,11 @@ impl Trees {
             found_m2 += found.leaf.areas.best_m2().ok()?;
             real_m2 += real.leaf_area_m2?;
         }
-        (real_m2 > 0.0).then(|| (found_m2 - real_m2) / real_m2)
+        let times =
+            estimate.advance_m.zip(way_m.filter(|way_m| *way_m > 0.0)).map_or(1.0, |(by_estimate, way_m)| {
+                let times = by_estimate / way_m;
+                if (times - 1.0).abs() > SAME_WAY { times } else { 1.0 }
+            });
+        (real_m2 > 0.0).then(|| (times * found_m2 - real_m2) / real_m2)
     }
 }

@@ -180,7 +180,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "leaf_area_error",
         keys: MEASURE,
-        tells: "(estimate − truth) / truth of the leaf area, summed over the trees scanned from end to end; truth by cell",
+        tells: "(estimate − truth) / truth of the leaf area, summed over the trees scanned from end to end, times the estimate's way over the one driven where they differ by more than 2 %; truth by cell",
         kind: Kind::Measure(Measure::LeafAreaError),
     },
     What {

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::f64::consts::PI;
 
-use rowscan_protocol::rig::{Mount, Orientation};
+use rowscan_protocol::rig::{Axes, Mount, Orientation};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::DeviceClock;
 
@@ -52,6 +52,10 @@ pub enum ControllerError {
 #[derive(Clone, Debug)]
 struct Eye {
     mount: Mount,
+    /// Of its scan plane, whose roll, pitch and yaw the mount tells.
+    axes: Axes,
+    /// How far ahead of the mirror it meets the row's near side, at the height of each nozzle, metres; 0 of a plane square to the row.
+    near_ahead_m: Vec<f64>,
     side: Side,
     clock: DeviceClock,
     at_s: Option<f64>,
@@ -60,10 +64,28 @@ struct Eye {
     speed_at_s: Option<f64>,
     /// Speeds since the last scan; none before the first.
     speeds: Option<u32>,
-    /// Where, and before which nozzles there was canopy.
-    seen: VecDeque<(f64, Vec<bool>)>,
+    seen: VecDeque<Sight>,
     /// Way from a scan to the next, metres.
     step_m: f64,
+}
+
+/// What a scan has seen.
+#[derive(Clone, Debug)]
+struct Sight {
+    /// Where the mirror was.
+    at_m: f64,
+    /// How far ahead of it, from and to, there was canopy before each nozzle.
+    ahead_m: Vec<Option<[f64; 2]>>,
+}
+
+/// How far ahead of its mirror a scanner sees what is so far across and up from it, metres; `None` where no beam of its plane goes there.
+pub fn ahead_m(mount: &Mount, across_m: f64, up_m: f64) -> Option<f64> {
+    let Axes { to_row, up, .. } = mount.attitude().axes();
+    let area = to_row[0] * up[2] - to_row[2] * up[0];
+    let (cos, sin) =
+        ((across_m * up[2] - up_m * up[0]) / area, (up_m * to_row[0] - across_m * to_row[2]) / area);
+    let ahead_m = cos * to_row[1] + sin * up[1];
+    ahead_m.is_finite().then_some(ahead_m)
 }
 
 /// The controller. It tells the duty of each section of its boom, in the boom's order.
@@ -90,8 +112,17 @@ impl Controller {
         if mounts.iter().any(|mount| mount.orientation == Orientation::Up) {
             return Err(ControllerError::LooksUp);
         }
+        let nozzles = boom.nozzles();
         let eye = |mount: &Mount| Eye {
             mount: mount.clone(),
+            axes: mount.attitude().axes(),
+            near_ahead_m: nozzles
+                .iter()
+                .map(|Nozzle { height, .. }| {
+                    let near_m = (mount.distance_m - BEHIND_AXIS_M).max(NEAR_M);
+                    ahead_m(mount, near_m, 0.5 * (height.from + height.to) - mount.height_m).unwrap_or(0.0)
+                })
+                .collect(),
             side: mount.row.into(),
             clock: DeviceClock::default(),
             at_s: None,
@@ -102,7 +133,6 @@ impl Controller {
             step_m: 0.0,
         };
         let eyes: Vec<Eye> = mounts.iter().map(eye).collect();
-        let nozzles = boom.nozzles();
         let is_blind = |nozzle: &&Nozzle| !eyes.iter().any(|eye| eye.side == nozzle.side);
         if let Some(nozzle) = nozzles.iter().find(is_blind) {
             let side = if nozzle.side == Side::Left { "left" } else { "right" };
@@ -144,11 +174,11 @@ impl Controller {
         let (is_turning, speed_m_s) = (self.is_turning(), self.speed_m_s);
         let Some(eye) = self.eyes.get_mut(scanner) else { return };
         eye.advance(scan, speed_m_s);
-        let before = eye.canopy(scan, &self.nozzles, self.least_beams);
-        eye.seen.push_back((eye.way_m + eye.mount.offset_y_m, before));
+        let ahead_m = eye.canopy(scan, &self.nozzles, self.least_beams);
+        eye.seen.push_back(Sight { at_m: eye.way_m + eye.mount.offset_y_m, ahead_m });
         let farthest_m = self.nozzles.iter().map(|nozzle| -nozzle.ahead_m).fold(0.0, f64::max);
         let kept_from_m = eye.way_m - farthest_m - KEPT_M;
-        while eye.seen.front().is_some_and(|(at_m, _)| is_turning || *at_m < kept_from_m) {
+        while eye.seen.front().is_some_and(|sight| is_turning || sight.at_m < kept_from_m) {
             eye.seen.pop_front();
         }
     }
@@ -224,23 +254,26 @@ impl Eye {
         (self.at_s, self.speeds) = (Some(at_s), Some(0));
     }
 
-    /// Before which nozzles a scan sees canopy.
-    fn canopy(&self, scan: &Scan, nozzles: &[Nozzle], least_beams: u16) -> Vec<bool> {
-        let mut beams = vec![0_usize; nozzles.len()];
+    /// Before which nozzles a scan sees canopy, and how far ahead.
+    fn canopy(&self, scan: &Scan, nozzles: &[Nozzle], least_beams: u16) -> Vec<Option<[f64; 2]>> {
+        let mut found = vec![(0_u32, [f64::INFINITY, f64::NEG_INFINITY]); nozzles.len()];
         let far_m = self.mount.distance_m + BEHIND_AXIS_M;
         for (beam, range_m) in scan.echoes.first().map_or(&[][..], |echo| &echo.range_m).iter().enumerate() {
             let theta_rad = self.mount.theta_deg(scan.beams.angle_deg(beam)).to_radians();
-            let (sin, cos) = (libm::sin(theta_rad), libm::cos(theta_rad));
-            let across_m = range_m * cos;
-            if !(NEAR_M..far_m).contains(&across_m) {
+            let [across, ahead, up] = self.axes.beam(libm::cos(theta_rad), libm::sin(theta_rad));
+            if !(NEAR_M..far_m).contains(&(range_m * across)) {
                 continue;
             }
-            let z_m = self.mount.height_m + range_m * sin;
-            for (nozzle, count) in nozzles.iter().zip(&mut beams) {
-                *count += usize::from((nozzle.height.from..nozzle.height.to).contains(&z_m));
+            let (ahead_m, z_m) = (range_m * ahead, self.mount.height_m + range_m * up);
+            for (nozzle, (beams, [from_m, to_m])) in nozzles.iter().zip(&mut found) {
+                if (nozzle.height.from..nozzle.height.to).contains(&z_m) {
+                    *beams += 1;
+                    (*from_m, *to_m) = (from_m.min(ahead_m), to_m.max(ahead_m));
+                }
             }
         }
-        beams.into_iter().map(|count| count >= usize::from(least_beams)).collect()
+        let is_canopy = |beams: u32| beams >= u32::from(least_beams);
+        found.into_iter().map(|(beams, ahead_m)| is_canopy(beams).then_some(ahead_m)).collect()
     }
 
     /// True while scans and speeds come.
@@ -253,14 +286,17 @@ impl Eye {
     fn has_canopy(&self, nozzle: usize, (off_m, on_m): (f64, f64)) -> bool {
         // A scan looks at the middle of its turn, and stands for the way of one.
         let half_m = self.step_m / 2.0;
+        let near_m = self.near_ahead_m.get(nozzle).copied().unwrap_or_default();
         // What lies ahead of the newest scan is decided by that one: late, and not never.
-        let newest_m = self.seen.back().map_or(f64::NEG_INFINITY, |(at_m, _)| at_m - half_m);
+        let newest_m = self.seen.back().map_or(f64::NEG_INFINITY, |sight| sight.at_m - half_m + near_m);
         let (off_m, on_m) = (off_m.min(newest_m), on_m.min(newest_m));
         let seen = |from_m: f64, to_m: f64| {
-            self.seen.iter().any(|(at_m, before)| {
-                let at_m = at_m - half_m;
-                let is_there = (from_m - half_m..=to_m + half_m).contains(&at_m);
-                is_there && before.get(nozzle).is_some_and(|canopy| *canopy)
+            self.seen.iter().any(|sight| {
+                let at_m = sight.at_m - half_m;
+                let ahead_m = sight.ahead_m.get(nozzle).copied().flatten();
+                ahead_m.is_some_and(|[first_m, last_m]| {
+                    at_m + last_m >= from_m - half_m && at_m + first_m <= to_m + half_m
+                })
             })
         };
         if off_m <= on_m { seen(off_m, on_m) } else { seen(on_m, on_m) && seen(off_m, off_m) }

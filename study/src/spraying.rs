@@ -4,11 +4,12 @@ use rowscan_emulator::offline::{Offline, SetUpError};
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::rig::Mount;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
 use rowscan_protocol::validity::ScanFault;
 use rowscan_sprayer::boom::Zone;
-use rowscan_sprayer::controller::LEAST_BEAMS;
+use rowscan_sprayer::controller::{LEAST_BEAMS, ahead_m};
 use rowscan_sprayer::{Boom, Command, CommandLog, Controller, ControllerError, Drive, Pass, Target};
 use rowscan_vehicle::Tractor;
 
@@ -128,7 +129,11 @@ pub fn spray(
     // The first word of a controller, which says that it is there.
     said.push(Command { at: SimTime::ZERO, target: Target::All, duty: 0.0 });
     let mut boom = boom;
-    boom.no_spray.push(Zone { y_from_m: stage.rig.start_m - FAR_M, y_to_m: stage.rig.start_m });
+    // Where the first scans meet the row's axis.
+    let first_ahead_m =
+        |mount: &Mount| mount.offset_y_m + ahead_m(mount, mount.distance_m, 0.0).unwrap_or(0.0);
+    let first_m = stage.rig.scanners.iter().map(first_ahead_m).fold(f64::NEG_INFINITY, f64::max);
+    boom.no_spray.push(Zone { y_from_m: stage.rig.start_m - FAR_M, y_to_m: stage.rig.start_m + first_m });
     let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, end);
     let pass = Pass::new(boom, &stage.orchard, drive, stage.scene.seed);
     Ok(Sprayed { pass, log: said.into_iter().collect(), scans })

@@ -100,6 +100,36 @@ fn a_controller_that_reads_nothing_takes_no_scans() {
     assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
 }
 
+/// An encoder whose wheels slip counts trees that are none: what it makes of the leaf area shows, as it does in the row's.
+#[test]
+fn a_way_that_was_not_driven_shows_in_the_leaf_areas_error() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let error = |slip: f64| {
+        let scene = folder.path().join("scene.toml");
+        let written = format!(
+            "version = 2\n[orchard]\ntrees = 4\n[drive]\nslip = {slip}\n[rig]\ncalibration = \"spindle\"\n[[rig.scanner]]\nmodel = \"lms111\"\n"
+        );
+        std::fs::write(&scene, written).expect("written");
+        let path = folder.path().join("it.toml");
+        let written = "version = 1\nscene = \"scene.toml\"\nclock = { mode = \"lockstep\", ack = { sut = \"idle\" } }\nend = { row_m = 6.2 }\n\
+            expect = [{ what = \"leaf_area_error\", abs_below = 0.15 }]\n[[device]]\nid = \"left\"\nmodel = \"lms111\"\n[[run]]\nid = \"sut\"\n\
+            command = [\"{rowscan}\", \"estimate\", \"tcp://{left.tcp}\"]\nready = { line = \"connected\" }\n";
+        std::fs::write(&path, written).expect("written");
+        let ended = run(&["check", text(&path), "--format", "jsonl"]);
+        let found = ended.stdout.split("found ").nth(1).and_then(|text| text.split(['"', ' ', ';']).next());
+        let found: f64 = found
+            .and_then(|text| text.parse().ok())
+            .unwrap_or_else(|| panic!("{}{}", ended.stdout, ended.stderr));
+        (ended.code, found)
+    };
+    let (code, even) = error(0.0);
+    assert_eq!(code, Some(0), "{even}");
+    let (code, slipped) = error(0.2);
+    assert_eq!(code, Some(1), "{slipped}");
+    // A wheel that slips by a fifth counts a quarter more way.
+    assert!((0.15..0.35).contains(&(slipped - even)), "{even} {slipped}");
+}
+
 /// Who stops the scanner gets no scans, and none are lost: neither passes for listening.
 #[test]
 fn a_controller_that_stops_the_scanner_takes_no_scans() {

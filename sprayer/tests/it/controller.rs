@@ -29,6 +29,7 @@ fn boom(on_ms: f64, off_ms: f64) -> Boom {
 /// A controller on a tractor that drives along a row, in its own time.
 struct Trial {
     controller: Controller,
+    mount: Mount,
     speed_m_s: f64,
     y_m: f64,
     turns: u32,
@@ -37,8 +38,12 @@ struct Trial {
 
 impl Trial {
     fn new(boom: Boom, speed_m_s: f64) -> Self {
-        let controller = Controller::new(boom, &[Mount::default()], LATE_S).expect("they fit");
-        Self { controller, speed_m_s, y_m: 0.0, turns: 0, has_speed: true }
+        Self::on(Mount::default(), boom, speed_m_s)
+    }
+
+    fn on(mount: Mount, boom: Boom, speed_m_s: f64) -> Self {
+        let controller = Controller::new(boom, std::slice::from_ref(&mount), LATE_S).expect("they fit");
+        Self { controller, mount, speed_m_s, y_m: 0.0, turns: 0, has_speed: true }
     }
 
     /// One turn of the scanner: a wall from 1 to 2 m where `leaves` says so.
@@ -47,13 +52,16 @@ impl Trial {
             self.controller.on_speed(Some(self.speed_m_s));
             self.controller.on_course(0.5);
         }
-        let (mount, beams) = (Mount::default(), BeamGrid::spanning(-450_000, 2_250_000, 5000));
-        let is_leaf = leaves(self.y_m + self.speed_m_s * TURN_S / 2.0);
+        let (mount, beams) = (&self.mount, BeamGrid::spanning(-450_000, 2_250_000, 5000));
+        let at_m = self.y_m + mount.offset_y_m + self.speed_m_s * TURN_S / 2.0;
+        let axes = mount.attitude().axes();
         let range_m = (0..beams.len()).map(|beam| {
             let theta_rad = mount.theta_deg(beams.angle_deg(beam)).to_radians();
-            let range_m = mount.distance_m / theta_rad.cos();
-            let z_m = mount.height_m + range_m * theta_rad.sin();
-            if is_leaf && theta_rad.cos() > 0.0 && (1.0..2.0).contains(&z_m) { range_m } else { NO_ECHO }
+            let [across, ahead, up] = axes.beam(theta_rad.cos(), theta_rad.sin());
+            let range_m = mount.distance_m / across;
+            let z_m = mount.height_m + range_m * up;
+            let is_wall = across > 0.0 && (1.0..2.0).contains(&z_m);
+            if is_wall && leaves(at_m + range_m * ahead) { range_m } else { NO_ECHO }
         });
         let echoes = vec![Echo { range_m: range_m.collect(), ..Echo::default() }];
         let scan = Scan {
@@ -77,7 +85,11 @@ impl Trial {
 
 /// Where the scanner is when the middle section is opened for leaves from 3 to 4 m, and when it is closed; the lowest has nothing to do.
 fn switched_at(boom: Boom, speed_m_s: f64) -> [f64; 2] {
-    let mut trial = Trial::new(boom, speed_m_s);
+    switched_by(Mount::default(), boom, speed_m_s)
+}
+
+fn switched_by(mount: Mount, boom: Boom, speed_m_s: f64) -> [f64; 2] {
+    let mut trial = Trial::on(mount, boom, speed_m_s);
     let (mut was_open, mut edges) = (false, Vec::new());
     while trial.y_m < 8.0 {
         let duties = trial.turn(|y_m| (3.0..4.0).contains(&y_m));
@@ -105,6 +117,26 @@ fn it_opens_and_closes_a_dead_time_and_a_latency_before_the_leaves() {
                 let off_m = found - expected;
                 assert!(off_m.abs() <= close_m, "{speed_m_s} m/s, {on_ms} and {off_ms} ms: {off_m} m");
             }
+        }
+    }
+}
+
+/// A rig that tells how its scanner is turned makes no difference to what the boom does.
+#[test]
+fn however_the_scanner_is_turned_it_opens_and_closes_where_a_level_one_does() {
+    let level = switched_at(boom(50.0, 50.0), 1.0);
+    let turned = |roll_deg, pitch_deg, yaw_deg| Mount { roll_deg, pitch_deg, yaw_deg, ..Mount::default() };
+    let mounts = [-60.0, -45.0, -20.0, 20.0, 45.0, 60.0].map(|roll_deg| turned(roll_deg, 0.0, 0.0));
+    let leaning = [-20.0, 10.0, 20.0].into_iter().flat_map(|lean_deg| {
+        [turned(0.0, lean_deg, 0.0), turned(0.0, 0.0, lean_deg), turned(30.0, lean_deg, lean_deg)]
+    });
+    for mount in mounts.into_iter().chain(leaning) {
+        let found = switched_by(mount.clone(), boom(50.0, 50.0), 1.0);
+        for (found, level) in found.iter().zip(level) {
+            // A leaning plane meets a section's upper and lower beams 1 m apart at different places.
+            let across_m = 0.5 * mount.pitch_deg.to_radians().tan().abs();
+            let off_m = (found - level).abs();
+            assert!(off_m <= 0.05 + across_m, "{mount:?}: {found} {level}");
         }
     }
 }
