@@ -215,7 +215,8 @@ async fn drive(
     record.sprayer = sprayed(scenario, &rig, record);
     let booms = scenario.sprayer.iter().map(|spec| &spec.boom);
     let boom = booms.flat_map(|boom| overlaps(boom).into_iter().chain(untold(boom)));
-    let told = record.sprayer.iter().flatten().filter_map(SprayerRun::unheeded);
+    let runs = record.sprayer.iter().flatten();
+    let told = runs.flat_map(|run| run.unheeded().into_iter().chain(run.in_part()));
     let known: Vec<String> = boom.chain(told).chain(reserved(&rig.sections)).collect();
     record.warnings.extend(known);
     let tasks = scenario.buses.iter().filter_map(|bus| bus.task.as_ref());

@@ -104,6 +104,9 @@ async fn set_time(State(bench): State<Bench>, bytes: Body) -> Result<impl IntoRe
     if order.paused.is_none() && order.scale.is_none() && order.seek.is_none() {
         return Err(Problem::wrong("expected one of `paused`, `scale`, `seek`, found none"));
     }
+    if let Some(scale) = order.scale.filter(|scale| !(scale.is_finite() && *scale > 0.0)) {
+        return Err(Problem::wrong(format!("expected a `scale` above 0, found {scale}")));
+    }
     // What may be refused comes first, so that a refused request changes nothing.
     if let Some(place) = &order.seek {
         bench.time.seek(place).await.map_err(refused)?;
@@ -136,6 +139,7 @@ async fn step(State(bench): State<Bench>, bytes: Body) -> Result<impl IntoRespon
         return Err(Problem::wrong(format!("expected `n` from 1 to {MOST_STEPS}, found {n}")));
     }
     let last = bench.time.step(n).map_err(|refused| Problem::conflict(refused.to_string()))?;
+    bench.note("step", &json!({ "n": n }));
     let done = clock::within(clock::STEPS, bench.time.stepped(last)).await.is_some();
     Ok(Json(json!({ "last": last, "done": done, "clock": bench.time.state() })))
 }

@@ -294,8 +294,9 @@ pub enum DriverError {
     /// A file holds no telegram.
     #[cfg(feature = "recordings")]
     #[error(
-        "{} ({format}) holds no SICK telegram in its {bytes} bytes; expected {}",
+        "{} ({format}) holds no SICK telegram{}; expected {}",
         path.display(),
+        in_bytes(*bytes),
         telegrams_of(*kind)
     )]
     NotARecording {
@@ -308,6 +309,12 @@ pub enum DriverError {
         /// Bytes in which a telegram could have been.
         bytes: u64,
     },
+}
+
+/// Bytes of scanners that were looked through; a file of other things (a bus, a GNSS receiver) has none.
+#[cfg(feature = "recordings")]
+fn in_bytes(bytes: u64) -> String {
+    if bytes > 0 { format!(" in its {bytes} bytes") } else { String::new() }
 }
 
 /// What is expected of bytes that are read as these.

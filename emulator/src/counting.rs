@@ -87,11 +87,13 @@ impl From<EmulatorCounts> for ScannerCounts {
 
 impl From<SerialCounts> for ScannerCounts {
     fn from(counts: SerialCounts) -> Self {
-        let SerialCounts { scans_sent, scans_dropped, scans_kept_by_faults, bytes_lost } = counts;
+        let SerialCounts { scans_sent, scans_dropped, scans_kept_by_faults, scans_missed, bytes_lost } =
+            counts;
         Self {
             scans_sent,
             scans_dropped,
             scans_kept_by_faults,
+            scans_missed: Some(scans_missed),
             bytes_lost: Some(bytes_lost),
             ..Self::default()
         }

@@ -23,6 +23,7 @@ use crate::clock::{SimClock, TimeScale};
 use crate::faulted::DeviceFaults;
 use crate::firing::{Claim, Firing};
 use crate::line_watch::LineWatch;
+use crate::mirror::tell_missed;
 use crate::playback_queue::{Recorded, Values};
 use crate::scan_moment::LastScan;
 use crate::sent_lines::SentLines;
@@ -32,6 +33,8 @@ use crate::state_file::StateFile;
 const READ_CHUNK: usize = 512;
 /// How often a telegram under way is handed on, host time: what a client sees of the line's pace.
 const PIECE: Duration = Duration::from_millis(3);
+/// How far it may be behind before it leaves scans out, host time: a line of its own pace catches up with less.
+const MOST_BEHIND: Duration = Duration::from_millis(250);
 /// Requests on their way to the device; more is more than a line carries.
 const MAX_ARRIVING: usize = 64;
 
@@ -84,6 +87,8 @@ pub struct SerialCounts {
     pub scans_dropped: Option<u64>,
     /// Scan telegrams, of those sent, that faults have kept from the client; none where nothing can go wrong there.
     pub scans_kept_by_faults: Option<u64>,
+    /// Scans left out because the host was too slow.
+    pub scans_missed: u64,
     /// Bytes lost because the client did not take them.
     pub bytes_lost: u64,
 }
@@ -91,6 +96,7 @@ pub struct SerialCounts {
 #[derive(Debug, Default)]
 pub(crate) struct Counts {
     pub(crate) sent: AtomicU64,
+    pub(crate) missed: AtomicU64,
     pub(crate) lost: AtomicU64,
     /// Scan telegrams on the line that faults held back at the end.
     pub(crate) given_up: AtomicU64,
@@ -114,6 +120,8 @@ pub(crate) struct Lms2xxScanner {
     playing: Option<Pending>,
     /// The next scan telegram's turns.
     sweep: Option<Sweep>,
+    /// When the telegram of the last sweep was ready to be sent.
+    ready: SimTime,
     /// When the line was, or will be, free of what the device sends.
     free: SimTime,
     pub(crate) counts: Arc<Counts>,
@@ -192,6 +200,7 @@ impl Lms2xxScanner {
             sending: None,
             playing: None,
             sweep: None,
+            ready: SimTime::ZERO,
             free: SimTime::ZERO,
             counts: Arc::default(),
             troubles: None,
@@ -284,9 +293,29 @@ impl Lms2xxScanner {
         self.deliver(now).await?;
         self.hand_on(now, firing.delivery).await?;
         match self.sweep.take_if(|sweep| sweep.done() <= now) {
+            Some(sweep) if self.is_too_late(now.elapsed().saturating_sub(sweep.done().elapsed())) => {
+                self.leave_out(now, sweep);
+                Ok(false)
+            }
             Some(sweep) => Ok(self.measure(sweep)),
             None => Ok(false),
         }
+    }
+
+    fn is_too_late(&self, behind: Duration) -> bool {
+        match self.clock.scale() {
+            TimeScale::Paced(scale) => behind > MOST_BEHIND.mul_f64(scale),
+            TimeScale::Max => false,
+        }
+    }
+
+    /// Passes over the scans that there is no time for, from this one until now.
+    fn leave_out(&mut self, now: SimTime, sweep: Sweep) {
+        self.free = self.free.max(now);
+        let first = |sweep: Sweep| sweep.turns().next().unwrap_or_default();
+        let next = self.device.plan(self.free).map_or(0, first);
+        let turns = sweep.turns().count().max(1) as u64;
+        tell_missed(&self.counts.missed, (next.saturating_sub(first(sweep)) / turns).max(1));
     }
 
     /// The last scan it made.
@@ -366,7 +395,10 @@ impl Lms2xxScanner {
             {
                 lines.sent(scan.at, &bytes, world);
             }
-            let (began, is_scan) = (self.free.max(now), self.device.sends_values());
+            let is_scan = self.device.sends_values();
+            // A scan leaves when it is ready, however late the host is: the line goes by its own time, and so do the scans that it has room for.
+            let ready = if is_scan && !self.values.are_recorded() { self.ready.min(now) } else { now };
+            let began = self.free.max(ready);
             let sending = Sending { bytes, began, pace: self.device.pace(), handed_on: 0, is_scan };
             self.free = sending.end();
             self.sending = Some(sending);
@@ -469,7 +501,8 @@ impl Lms2xxScanner {
         look(&mut self.device, world, sweep, |world| lines.iter_mut().for_each(|lines| lines.turn(world)));
         let first = sweep.turns().next();
         self.last_scan = first.map(|turn| LastScan { at: Sweep::turn_at(turn), telegram_counter: None });
-        self.device.finish(sweep.done(), sweep);
+        self.ready = sweep.done();
+        self.device.finish(self.ready, sweep);
         true
     }
 }

@@ -2,7 +2,7 @@
 //! every client that wants it.
 
 use std::net::SocketAddrV4;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, MutexGuard};
 use std::time::Duration;
 
@@ -257,14 +257,18 @@ fn leave_out(shared: &Shared, at: SimTime, encoder_ticks: f64) -> Mirror {
     let mut device = shared.device();
     device.set_encoder_ticks(encoder_ticks);
     let missed = device.miss(at);
-    let missed = u64::from(missed);
-    let so_far = shared.counts.missed.fetch_add(missed, Ordering::Relaxed) + missed;
-    // At each doubling: a host that is too slow must not be made slower.
-    if missed > 0 && so_far.is_power_of_two() {
+    tell_missed(&shared.counts.missed, missed.into());
+    shared.clock.reached(at);
+    device.mirror()
+}
+
+/// Counts scans that there was no time for. It is told at each doubling: a host that is too slow must not be made slower.
+pub(crate) fn tell_missed(counted: &AtomicU64, missed: u64) {
+    let before = counted.fetch_add(missed, Ordering::Relaxed);
+    let so_far = before + missed;
+    if missed > 0 && so_far.checked_ilog2() > before.checked_ilog2() {
         tracing::warn!(
             "this machine is too slow for this pace: {so_far} scans missed so far; half the time scale, or max, gives it time"
         );
     }
-    shared.clock.reached(at);
-    device.mirror()
 }

@@ -59,6 +59,7 @@ impl SerialEmulator {
             SerialCounts {
                 scans_sent: counted.sent.load(Ordering::Relaxed).saturating_sub(lost + given_up),
                 scans_dropped: (queue.is_some() || faults.is_some()).then_some(dropped + given_up),
+                scans_missed: counted.missed.load(Ordering::Relaxed),
                 scans_kept_by_faults: faults.as_ref().map(StreamFaults::lost),
                 bytes_lost: counted.lost.load(Ordering::Relaxed),
             }

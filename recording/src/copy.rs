@@ -57,7 +57,7 @@ pub fn copy(
         let first = recording.next_packet()?;
         From::Packets(recording, first)
     } else {
-        From::Frames(FrameReader::new(recording))
+        From::Frames(FrameReader::new(recording).keeping_unfinished())
     };
     let about = from.recording().about().clone().or(about);
     let mut writer = McapWriter::indexed(out, &about, decoded).map_err(CopyError::Write)?;

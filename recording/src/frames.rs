@@ -60,6 +60,7 @@ pub struct FrameReader {
     /// The time the device's clock stands for, where the log has none.
     device_ns: u64,
     ready: VecDeque<RecordedFrame>,
+    keeps_unfinished: bool,
 }
 
 /// One direction.
@@ -69,8 +70,8 @@ struct Flow {
     finder: Finder,
     /// Bytes since the last frame.
     pending: Vec<u8>,
-    /// Place in the decoder's stream of `pending[0]`.
-    base: u64,
+    /// Place in the decoder's stream of `pending[0]`; below 0 of bytes that another decoder has had.
+    base: i64,
     /// When the last bytes came.
     at_ns: Option<u64>,
 }
@@ -85,7 +86,13 @@ impl FrameReader {
             turns: None,
             device_ns: 0,
             ready: VecDeque::new(),
+            keeps_unfinished: false,
         }
+    }
+
+    /// The same, for a copy: what a telegram that was never finished had of bytes stays with the next frame, as junk before a frame does.
+    pub(crate) fn keeping_unfinished(self) -> Self {
+        Self { keeps_unfinished: true, ..self }
     }
 
     /// The recording itself.
@@ -100,8 +107,12 @@ impl FrameReader {
                 return Ok(Some(frame));
             }
             let Some(packet) = self.recording.next_packet()? else {
+                let keeps = self.keeps_unfinished && self.recording.torn().is_none();
                 for (way, mut flow) in std::mem::take(&mut self.flows) {
                     self.end(&mut flow, way);
+                    if keeps && !flow.pending.is_empty() {
+                        self.ready.push_back(self.left_of(flow, way));
+                    }
                 }
                 return Ok(self.ready.pop_front());
             };
@@ -130,7 +141,8 @@ impl FrameReader {
         if packet.joint != Joint::Seamless && !flow.pending.is_empty() {
             // What was unfinished stays so: a new beginning.
             self.end(&mut flow, way);
-            flow = Flow::new(kind, packet.from);
+            let left = if self.keeps_unfinished { flow.pending } else { Vec::new() };
+            flow = Flow { base: -(left.len() as i64), pending: left, ..Flow::new(kind, packet.from) };
         }
         flow.at_ns = packet.at_ns;
         flow.finder.push(&packet.bytes);
@@ -139,7 +151,7 @@ impl FrameReader {
         // Bytes that are no telegram must not pile up.
         if flow.pending.len() > 2 * MAX_PAYLOAD {
             let done = flow.pending.len() - flow.finder.pending();
-            flow.base += done as u64;
+            flow.base += done as i64;
             flow.pending.drain(..done);
         }
         self.flows.insert(way, flow);
@@ -151,14 +163,27 @@ impl FrameReader {
         self.drain(flow, way);
     }
 
+    /// Bytes behind the last frame of all.
+    fn left_of(&self, flow: Flow, (stream, from): (usize, Option<Side>)) -> RecordedFrame {
+        RecordedFrame {
+            stream,
+            kind: flow.kind,
+            from: from.unwrap_or(Side::Device),
+            at_ns: flow.at_ns.unwrap_or(self.device_ns),
+            bytes: flow.pending,
+            frame_at: 0,
+            dialect: None,
+        }
+    }
+
     /// Takes the frames that are whole.
     fn drain(&mut self, flow: &mut Flow, (stream, from): (usize, Option<Side>)) {
         while let Some(found) = flow.finder.next() {
-            let frame_at = (found.offset - flow.base) as usize;
+            let frame_at = (found.offset as i64 - flow.base) as usize;
             let end = frame_at + found.len;
             let rest = flow.pending.split_off(end.min(flow.pending.len()));
             let bytes = std::mem::replace(&mut flow.pending, rest);
-            flow.base += end as u64;
+            flow.base += end as i64;
             if flow.at_ns.is_none() {
                 let device_us = match flow.kind {
                     StreamKind::Lms2xx => {

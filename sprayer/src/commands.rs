@@ -3,9 +3,12 @@
 use rowscan_protocol::time::SimTime;
 use serde::{Deserialize, Serialize};
 
-use crate::boom::Boom;
+use crate::boom::{Boom, Nozzle};
 use crate::hydraulics::Regulator;
-use crate::valve::Step;
+use crate::valve::{Kind, Step};
+
+/// From this duty on a command is for all that a valve lets through: 249 of 250 is.
+const WHOLE: f64 = 0.99;
 
 /// Whom a command is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -106,6 +109,27 @@ impl CommandLog {
         }
         found.sort_by_key(|unheeded| unheeded.target);
         found
+    }
+
+    /// Duties between shut and open that on/off valves were told, which open for any above 0: how many commands, and the least of them. A controller that counts
+    /// in other units than the message tells such. None where there was none.
+    pub fn in_part(&self, boom: &Boom) -> Option<(usize, f64)> {
+        let nozzles = boom.nozzles();
+        let numbers: Vec<u16> = boom.numbers().collect();
+        let is_on_off = |target: Target| {
+            let of_target = |nozzle: &&Nozzle| match target {
+                Target::All => true,
+                Target::Section(number) => numbers.get(nozzle.section) == Some(&number),
+                Target::Nozzle(number) => nozzle.number == usize::from(number),
+                Target::Regulator => false,
+            };
+            nozzles.iter().filter(of_target).any(|nozzle| nozzle.valve.kind == Kind::OnOff)
+        };
+        let in_part = self.0.iter().filter(|command| command.duty > 0.0 && command.duty < WHOLE);
+        let duties = in_part.filter(|command| is_on_off(command.target)).map(|command| command.duty);
+        let (count, least) =
+            duties.fold((0, f64::INFINITY), |(count, least), duty| (count + 1, duty.min(least)));
+        (count > 0).then_some((count, least))
     }
 
     /// The duty of every nozzle over time, shut before the first step; the boom's watchdog closes all when nothing is heard for too long.
@@ -264,6 +288,29 @@ mod tests {
         assert_eq!(log.unheeded(&boom("")), [&lacking[..], &[unheeded(Target::Regulator, 1)]].concat());
         let pump = "[hydraulics]\npump_l_min = 10\nregulator = \"commanded\"\n";
         assert_eq!(log.unheeded(&boom(pump)), lacking);
+    }
+
+    #[test]
+    fn duties_in_part_are_told_of_valves_that_have_none() {
+        let in_part = |target, duty, keys: &str| {
+            let log: CommandLog =
+                [command(1.0, target, duty), command(2.0, target, 0.0)].into_iter().collect();
+            log.in_part(&boom(keys))
+        };
+        // 1 and 100 of 250, where 250 was meant.
+        for duty in [1.0 / 250.0, 100.0 / 250.0] {
+            for target in [Target::All, Target::Section(1), Target::Nozzle(2)] {
+                assert_eq!(in_part(target, duty, ""), Some((1, duty)));
+                for kind in ["pwm", "proportional"] {
+                    assert_eq!(in_part(target, duty, &format!("[valve]\nkind = \"{kind}\"\n")), None);
+                }
+            }
+            assert_eq!(
+                (in_part(Target::Regulator, duty, ""), in_part(Target::Section(9), duty, "")),
+                (None, None)
+            );
+        }
+        assert_eq!((in_part(Target::All, 1.0, ""), in_part(Target::All, 249.0 / 250.0, "")), (None, None));
     }
 
     #[test]

@@ -300,14 +300,20 @@ impl Valve {
         }
         let ends: Vec<f64> = acting.iter().skip(1).map(|(at, _)| *at).chain([until_s]).collect();
         let (mut share, mut pieces, mut open): (f64, Vec<Piece>, Vec<Span>) = (0.0, Vec::new(), Vec::new());
+        let mut shut_before = None;
         for ((from, towards), to) in acting.iter().zip(ends) {
             let span = Span::new(*from, to.min(until_s));
             if span.length() <= 0.0 {
                 continue;
             }
             let course = Course::Settling { from: share, towards: *towards, tau_s: self.tau_s };
-            // What settles to nothing is shut in the end.
-            let shut = span.from + if *towards > 0.0 { f64::INFINITY } else { SETTLED * self.tau_s };
+            // What settles to nothing is shut in the end; who shuts it again meanwhile changes nothing.
+            let shut = match shut_before {
+                _ if *towards > 0.0 => f64::INFINITY,
+                Some(shut) => shut,
+                None => span.from + SETTLED * self.tau_s,
+            };
+            shut_before = (*towards <= 0.0).then_some(shut);
             let piece = Piece { span: Span::new(span.from, span.to.min(shut)), course };
             let after = if span.to < shut { piece.share(span.to) } else { 0.0 };
             let crossing = span.from + self.tau_s * libm::log((share - towards) / (OPEN_SHARE - towards));

@@ -377,7 +377,6 @@ impl Args {
             say(events::told(&counts));
             let stream = (scanners.len() > 1).then_some(scanner.id.as_str());
             ends.push(End::of(stream, counts));
-            // An LMS2xx sends what it has, late.
             missed += counts.scans_missed.unwrap_or(0);
         }
         if let (1.., TimeScale::Paced(scale)) = (missed, self.scale()) {

@@ -123,7 +123,8 @@ async fn live(
     let beside = interrupt.or(Beside::open(args)).await.transpose()?;
     let Some(beside) = beside else { return Ok(Outcome::Done) };
     let sources = args.sources.iter().map(|named| named.it.to_string()).collect::<Vec<_>>();
-    let about = About { source: Some(sources.join(" ")), ..about };
+    let mounts = mounts(rig.as_ref(), &args.sources);
+    let about = About { source: Some(sources.join(" ")), mounts, ..about };
     let taping = recorder::start(output, args.decoded.into(), about, false)?;
     let limits = Limits { scans: args.scans, seconds: args.seconds };
     let _beside = beside.follow(&taping.taps());
@@ -148,6 +149,22 @@ async fn live(
     // Dropped on the way out, the recording goes if nothing has come.
     ended?;
     Ok(taping.finish())
+}
+
+/// What the stream of a scanner is called.
+fn stream_name(named: &Named<Source>) -> String {
+    named.name.clone().unwrap_or_else(|| match &named.it {
+        Source::Tcp { address } => address.clone(),
+        Source::Picoscan(place) => place.address.clone(),
+        other => other.to_string(),
+    })
+}
+
+/// Which of the rig's scanners each source is, in its order, where there is one for each; with fewer nobody says which.
+fn mounts(rig: Option<&Rig>, sources: &[Named<Source>]) -> BTreeMap<String, usize> {
+    let is_whole = rig.is_some_and(|rig| rig.scanners.len() == sources.len());
+    let named = sources.iter().map(stream_name).zip(0..).filter(|_| is_whole);
+    named.collect()
 }
 
 /// What is recorded beside the scanners, opened.
@@ -249,11 +266,7 @@ async fn follow(
     (taps, models, taken_for): (Taps, ModelTeller, Option<AnyModel>),
     limits: Limits,
 ) -> Result<(), Failure> {
-    let name = named.name.clone().unwrap_or_else(|| match &named.it {
-        Source::Tcp { address } => address.clone(),
-        Source::Picoscan(place) => place.address.clone(),
-        other => other.to_string(),
-    });
+    let name = stream_name(&named);
     let config = DriverConfig { tap: taps.open(&name, stream_kind(&named.it)), ..config };
     let mut scanner = Scanner::open(&named.it, config).await?;
     models.tell(&name, &scanner.models(), taken_for);

@@ -155,7 +155,7 @@ pub(super) fn tell(
 ) -> Result<Outcome, Failure> {
     let differences = beside.map(|other| run.differences(other));
     differences.iter().for_each(|all| say_differences(all));
-    run.unheeded().iter().for_each(say);
+    run.unheeded().iter().chain(&run.in_part()).for_each(say);
     overlaps(run.pass.boom()).iter().for_each(say);
     let report =
         Report { beside: beside.map(|run| Box::new(Report::of(run))), differences, ..Report::of(run) };

@@ -87,6 +87,10 @@ async fn time_stands_goes_on_step_by_step_and_changes_its_pace() {
     let sent = bench.emulator.counts().scans_sent;
     let (_, told) = ask(&bench.lines, r#"POST /step {"n": 7}"#).await;
     assert_eq!(told["done"], true);
+    let (_, log) = ask(&bench.lines, "GET /log").await;
+    let asked: Vec<&Value> =
+        log["events"].as_array().expect("events").iter().map(|event| &event["what"]).collect();
+    assert!(asked.contains(&&Value::from("step")), "{log}");
     tokio::time::sleep(Duration::from_secs(3600)).await;
     assert_eq!(bench.emulator.counts().scans_sent, sent + 7);
     // 50 scans a second: seven steps end within seven times 20 ms, and time stands at the last one's end.
@@ -94,7 +98,7 @@ async fn time_stands_goes_on_step_by_step_and_changes_its_pace() {
     let after = ask(&bench.lines, "GET /clock").await.1;
     let passed_s = now_s(&after) - now_s(&before);
     assert!(passed_s > 0.12 && passed_s < 0.145, "{passed_s}");
-    assert_eq!(ask(&bench.lines, r#"POST /clock {"scale": 0}"#).await.0, 409);
+    assert_eq!(ask(&bench.lines, r#"POST /clock {"scale": 0}"#).await.0, 400);
     ask(&bench.lines, r#"POST /clock {"scale": 10, "paused": false}"#).await;
     tokio::time::sleep(Duration::from_secs(6)).await;
     let faster = ask(&bench.lines, "GET /clock").await.1;

@@ -5,7 +5,7 @@ use crate::common;
 use std::time::Duration;
 
 use common::small_scene;
-use rowscan_canopy::Estimate;
+use rowscan_canopy::{Estimate, Pipeline};
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_emulator::clock::TimeScale;
 use rowscan_emulator::stage::Stage;
@@ -127,4 +127,31 @@ async fn an_lms2xx_on_its_line_and_in_memory_see_the_same_row() {
         let off = area(&online) / area(&offline) - 1.0;
         assert!(off.abs() < 1e-3, "{}: {off:+e}", model.name);
     }
+}
+
+/// A host that is late for a moment loses nothing: the line catches up. One that is late for longer leaves scans out, and counts them.
+#[tokio::test]
+async fn scans_that_the_host_has_no_time_for_are_those_that_an_lms2xxs_client_misses() {
+    let stage = Stage::grow(small_scene(), &|_, _| {}).expect("it grows");
+    let options = lms2xx::device::Options { pause_slack: Duration::from_secs(3600), ..Default::default() };
+    let lms291 = lms2xx::model::MODELS.iter().find(|model| model.name == "lms291").expect("known");
+    let (device, world) = stage.serial_scanner(0, lms291, options).expect("it fits");
+    let line = NetLine::rfc2217("127.0.0.1:0").await.expect("a free port");
+    let source = Source::Rfc2217 { address: line.address().to_string(), rate: lms2xx::Rate::R500000 };
+    let config = SerialConfig::at(TimeScale::Paced(1.0));
+    let emulator = SerialEmulator::start(device, world, Box::new(line), config);
+    let mut scanner = Scanner::open(&source, DriverConfig::default()).await.expect("it answers");
+    let mut pipeline = Pipeline::new(Some(&stage.rig), 0, None).expect("a sound rig");
+    for scan in 0..40 {
+        pipeline.push(scanner.next().await.expect("the link holds").expect("a scan").scan);
+        // All tasks are on this thread.
+        match scan {
+            10 => std::thread::sleep(Duration::from_millis(100)),
+            20 => std::thread::sleep(Duration::from_millis(700)),
+            _ => {}
+        }
+    }
+    let missed = emulator.counts().scans_missed;
+    assert!(missed > 0, "700 ms are more than it catches up with");
+    assert_eq!(pipeline.finish().scans_lost, Some(missed));
 }

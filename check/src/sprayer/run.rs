@@ -197,6 +197,15 @@ impl SprayerRun {
         })
     }
 
+    /// Duties between shut and open that on/off valves were told, in words; none where there was none.
+    pub fn in_part(&self) -> Option<String> {
+        let (count, least) = self.log.in_part(self.pass.boom())?;
+        Some(format!(
+            "{count} commands told on/off valves a duty between 0 and 100 % (the least {:.1} %), and such valves open for any above 0: a whole duty is 100 %, 250 in SectionDuties and NozzleDuty",
+            100.0 * least
+        ))
+    }
+
     /// Its scores as shares of the oracle's.
     pub fn relative(&self) -> Relative {
         let share = |own: Option<f64>, best: Option<f64>| match (own, best) {

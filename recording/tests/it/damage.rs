@@ -75,3 +75,31 @@ fn each_damaged_telegram_counts_once_wherever_it_stands() {
         wrong.iter().step_by(wrong.len() / 40 + 1).cloned().collect::<Vec<_>>().join("\n")
     );
 }
+
+/// A text of telegrams, one a line, is cut nowhere in two: its copy has all bytes, damaged ones too.
+#[test]
+fn a_copy_of_hex_text_keeps_its_damaged_telegrams() {
+    let mut scan = Vec::new();
+    encode(Dialect::B, b"sRA STlms \x00\x07", &mut scan);
+    for damaged in [vec![], vec![0], vec![2], vec![TELEGRAMS - 1], vec![1, 2], vec![0, TELEGRAMS - 1]] {
+        let line = |number: usize| {
+            let mut bytes = scan.clone();
+            // Longer than it is, or not as its checksum says.
+            bytes[if number.is_multiple_of(2) { 7 } else { 10 }] ^=
+                if damaged.contains(&number) { 0x20 } else { 0 };
+            bytes.iter().map(|byte| format!("{byte:02x} ")).collect::<String>() + "\n"
+        };
+        let text: String = (0..TELEGRAMS).map(line).collect();
+        let recording = || Recording::read(Box::new(Cursor::new(text.clone().into_bytes()))).unwrap();
+        let mut out = Cursor::new(Vec::new());
+        let copied =
+            rowscan_recording::copy(recording(), None, &mut out, Default::default(), Default::default())
+                .unwrap();
+        let bytes = (TELEGRAMS * scan.len()) as u64;
+        assert_eq!(copied.recorded.bytes, bytes, "{damaged:?}");
+        let (sound, bad, _) = read(out.into_inner());
+        assert_eq!(sound, (TELEGRAMS - damaged.len()) as u64, "{damaged:?}");
+        // Damaged telegrams beside each other may be one stretch of junk.
+        assert_eq!(bad > 0, !damaged.is_empty(), "{damaged:?}");
+    }
+}
