@@ -107,7 +107,7 @@ fn a_way_that_was_not_driven_shows_in_the_leaf_areas_error() {
     let error = |slip: f64| {
         let scene = folder.path().join("scene.toml");
         let written = format!(
-            "version = 2\n[orchard]\ntrees = 4\n[drive]\nslip = {slip}\n[rig]\ncalibration = \"spindle\"\n[[rig.scanner]]\nmodel = \"lms111\"\n"
+            "version = 2\n[orchard]\ntrees = 4\n[drive]\nslip = {slip}\n[rig]\nencoder_ticks_per_m = 1000.0\ncalibration = \"spindle\"\n[[rig.scanner]]\nmodel = \"lms111\"\n"
         );
         std::fs::write(&scene, written).expect("written");
         let path = folder.path().join("it.toml");
