@@ -113,7 +113,7 @@ fn a_way_that_was_not_driven_shows_in_the_leaf_areas_error() {
         let path = folder.path().join("it.toml");
         let written = "version = 1\nscene = \"scene.toml\"\nclock = { mode = \"lockstep\", ack = { sut = \"idle\" } }\nend = { row_m = 6.2 }\n\
             expect = [{ what = \"leaf_area_error\", abs_below = 0.15 }]\n[[device]]\nid = \"left\"\nmodel = \"lms111\"\n[[run]]\nid = \"sut\"\n\
-            command = [\"{rowscan}\", \"estimate\", \"tcp://{left.tcp}\"]\nready = { line = \"connected\" }\n";
+            command = [\"{rowscan}\", \"estimate\", \"tcp://{left.tcp}\", \"--rig\", \"{scenario}/scene.toml\"]\nready = { line = \"connected\" }\n";
         std::fs::write(&path, written).expect("written");
         let ended = run(&["check", text(&path), "--format", "jsonl"]);
         let found = ended.stdout.split("found ").nth(1).and_then(|text| text.split(['"', ' ', ';']).next());
