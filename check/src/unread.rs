@@ -3,17 +3,14 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use rowscan_bench::{Bench, Place};
+use rowscan_bench::{At, Bench, Place};
+use rowscan_emulator::lockstep;
 
 use crate::scenario::Scenario;
 
 /// Bytes that the clients of devices have not read, by the device's id: of those that are a second of scans and more behind, after a drive that took so long.
 /// Empty where the kernel does not tell.
-#[cfg(target_os = "linux")]
 pub(crate) fn at_end(scenario: &Scenario, bench: &Bench, took: Duration) -> BTreeMap<String, u64> {
-    use rowscan_bench::At;
-    use rowscan_emulator::lockstep;
-
     let connections = lockstep::unread().unwrap_or_default();
     let unread_at = |place: &Place| {
         let At::Address(at) = place.at else { return None };
@@ -28,17 +25,10 @@ pub(crate) fn at_end(scenario: &Scenario, bench: &Bench, took: Duration) -> BTre
     scenario.devices.iter().filter_map(|device| of(&device.id)).collect()
 }
 
-#[cfg(not(target_os = "linux"))]
-pub(crate) fn at_end(_: &Scenario, _: &Bench, _: Duration) -> BTreeMap<String, u64> {
-    BTreeMap::new()
-}
-
 /// From so much memory of unread datagrams on a client is behind: a third of what a socket takes by default.
-#[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "nothing is known to compare"))]
 const DATAGRAMS: u64 = 64 * 1024;
 
 /// From so many unread bytes of a connection on a client is behind: what a second of this drive wrote, and never so little that it may have come just now.
-#[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "nothing is known to compare"))]
 fn most(written: u64, took: Duration) -> u64 {
     const LEAST: u64 = 16 * 1024;
     // Of a drive of less than a second it is all that was written.

@@ -17,7 +17,7 @@ mod receivers;
 mod reply;
 #[cfg(target_os = "linux")]
 mod sockets;
-#[cfg(target_os = "linux")]
+#[cfg_attr(not(target_os = "linux"), path = "unread_elsewhere.rs")]
 mod unread;
 #[cfg_attr(not(target_os = "linux"), path = "watch_elsewhere.rs")]
 mod watch;
@@ -33,7 +33,6 @@ use tokio::sync::Notify;
 
 pub use children::ChildClock;
 pub use level::{Ack, AckError, OutputAck, OutputPort};
-#[cfg(target_os = "linux")]
 pub use unread::{Unread, unread, unread_datagrams};
 
 use crate::clock::SimClock;
