@@ -74,6 +74,11 @@ impl Journal {
         self.tractor.motion(at).place.y_m
     }
 
+    /// How far the tractor has come over ground by `at`, metres; less in reverse.
+    pub(crate) fn way_m(&self, at: SimTime) -> f64 {
+        self.tractor.motion(at).way_m
+    }
+
     /// When the tractor was first `row_m` along the row, by `until`; none where it has not come there. To the nanosecond, of a drive that goes one way.
     pub(crate) fn passed(&self, row_m: f64, until: SimTime) -> Option<SimTime> {
         let mut low = self.began()?;

@@ -61,7 +61,7 @@ pub(crate) struct Stream {
     echo: EchoInForce,
     /// When scans were delivered.
     pub(crate) scan_times: Vec<SimTime>,
-    /// Way truly driven from the first of the drive's scans to the last one, metres; none of a drive that turned or reversed between them.
+    /// Way truly driven from the first of the drive's scans to the last one, metres, headlands included; what was driven in reverse is taken off.
     pub(crate) way_m: Option<f64>,
     /// Each change of any count but the scans.
     pub(crate) changes: Vec<Change>,
@@ -239,15 +239,6 @@ fn behind(last: Option<u16>, delivered: Option<u16>) -> u64 {
     behind.filter(|behind| *behind < 0x8000).unwrap_or_default().into()
 }
 
-/// From the first place to the last one, metres; none where it goes back between them.
-fn one_way_m(places_m: impl Iterator<Item = f64>) -> Option<f64> {
-    let places_m: Vec<f64> = places_m.collect();
-    let is_ahead = places_m.is_sorted();
-    let is_back = places_m.is_sorted_by(|one, next| one >= next);
-    let way_m = places_m.last()? - places_m.first()?;
-    (is_ahead || is_back).then_some(way_m.abs())
-}
-
 /// Watches what all devices' clients are given. Clones share it.
 #[derive(Clone, Debug)]
 pub(crate) struct Witness {
@@ -343,8 +334,10 @@ impl Witness {
             stream.end(reached);
             stream.note_change(self.journal.now(), self.journal.len().saturating_sub(1));
             stream.estimate = Some(stream.pipeline.finish());
-            let of_drive = stream.scan_times.iter().filter(|at| began.is_some_and(|began| **at >= began));
-            stream.way_m = one_way_m(of_drive.map(|at| self.journal.row_m(*at)));
+            let mut of_drive = stream.scan_times.iter().filter(|at| began.is_some_and(|began| **at >= began));
+            let first = of_drive.next();
+            let ends = first.zip(of_drive.next_back());
+            stream.way_m = ends.map(|(first, last)| self.journal.way_m(*last) - self.journal.way_m(*first));
         }
         streams
     }

@@ -28,8 +28,6 @@ const SHOOT_M: f64 = 0.3;
 const SHOOT_RADIUS_M: f64 = 0.002;
 const SHOOT_LEAVES: u32 = 12;
 const SHOOT_TURN_DEG: [f64; 2] = [30.0, 90.0];
-/// How near to the ground it may end, metres.
-const LOWEST_M: f64 = 0.3;
 
 /// Adds leaves to one tree.
 pub(crate) struct Sower {
@@ -41,6 +39,8 @@ pub(crate) struct Sower {
     bearers: Vec<(usize, f64)>,
     /// The latest added shoot, and leaves that it has room for.
     shoot: Option<(usize, u32)>,
+    /// Where the tree's own leaves are, from and to, metres: a crown fills, it does not grow.
+    crown: [DVec3; 2],
 }
 
 impl Sower {
@@ -63,7 +63,10 @@ impl Sower {
         let thin = bearers(BEARING_RADIUS_M);
         let bearers = if thin.is_empty() { bearers(f64::INFINITY) } else { thin };
         let own = draft.blades.len();
-        (own > 0 && !bearers.is_empty()).then_some(Self { number, stream, own, bearers, shoot: None })
+        let places = draft.blades.iter().map(|blade| DVec3::from(blade.leaf.centroid()));
+        let crown =
+            places.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[from, to], at| [from.min(at), to.max(at)]);
+        (own > 0 && !bearers.is_empty()).then_some(Self { number, stream, own, bearers, shoot: None, crown })
     }
 
     /// Number of the draft.
@@ -84,8 +87,15 @@ impl Sower {
                 true => self.on_shoot(draft, envelope)?,
                 false => self.on_wood(draft)?,
             };
-            self.copy(draft, &donor, (segment, along_m), envelope)
+            let on_shoot = times > MOST_ON_OWN_WOOD;
+            let blade = self.copy(draft, &donor, (segment, along_m), envelope)?;
+            (!on_shoot || self.is_in_crown(blade.leaf.centroid().into())).then_some(blade)
         })
+    }
+
+    fn is_in_crown(&self, point: DVec3) -> bool {
+        let [from, to] = self.crown;
+        point.cmpge(from).all() && point.cmple(to).all()
     }
 
     /// A random point of the thin wood: the segment, and metres of it below the point.
@@ -121,10 +131,11 @@ impl Sower {
                 (bearer.direction * turn.cos() + (across * cos + other * sin) * turn.sin()).normalize();
             let base = bearer.base + bearer.direction * bearer_m;
             let tip = base + direction * SHOOT_M;
-            let is_inside =
-                |point: DVec3| envelope.is_none_or(|envelope| envelope.contains(point.to_array()));
+            let is_inside = |point: DVec3| {
+                self.is_in_crown(point) && envelope.is_none_or(|envelope| envelope.contains(point.to_array()))
+            };
             let age = if bearer.age == Age::Unknown { Age::Unknown } else { Age::Current };
-            (tip.z >= LOWEST_M && is_inside(base) && is_inside(tip)).then_some(Segment {
+            (is_inside(base) && is_inside(tip)).then_some(Segment {
                 bearer: Some(number),
                 bearer_m,
                 base,

@@ -54,7 +54,8 @@ pub enum TargetError {
     },
     /// Leaves too large, or no room.
     #[error(
-        "orchard.target_lai {target} cannot be reached within 1 %: {reached} is the nearest; allow larger trees or smaller leaves"
+        "orchard.target_lai {target} cannot be reached within 1 %: {reached} is the nearest; {}",
+        if reached < target { "there is no room for more leaves: ask for less, or take larger trees or leaves" } else { "take smaller leaves, or more trees" }
     )]
     Missed {
         /// The value requested.

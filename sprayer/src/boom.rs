@@ -239,6 +239,9 @@ pub struct Zone {
     /// Its end, metres.
     #[schemars(example = 5.0)]
     pub y_to_m: f64,
+    /// The side of the tractor that it is on; none is both. Of no file.
+    #[serde(skip)]
+    pub side: Option<Side>,
 }
 
 /// A nozzle with everything that its section and boom say of it.

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::f64::consts::PI;
 
-use rowscan_protocol::rig::{Axes, Mount, Orientation};
+use rowscan_protocol::rig::{Axes, Mount, Orientation, Rig};
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::DeviceClock;
 
@@ -57,6 +57,10 @@ struct Eye {
     /// How far ahead of the mirror it meets the row's near side, at the height of each nozzle, metres; 0 of a plane square to the row.
     near_ahead_m: Vec<f64>,
     side: Side,
+    /// Z of the ground at the row's axis, how much it rises a metre towards the row, and how high above it canopy begins.
+    foot_m: f64,
+    rise: f64,
+    clearance_m: f64,
     clock: DeviceClock,
     at_s: Option<f64>,
     way_m: f64,
@@ -124,6 +128,9 @@ impl Controller {
                 })
                 .collect(),
             side: mount.row.into(),
+            foot_m: 0.0,
+            rise: 0.0,
+            clearance_m: f64::NEG_INFINITY,
             clock: DeviceClock::default(),
             at_s: None,
             way_m: 0.0,
@@ -145,6 +152,18 @@ impl Controller {
     #[must_use]
     pub fn with_least_beams(self, least_beams: u16) -> Self {
         Self { least_beams: least_beams.max(1), ..self }
+    }
+
+    /// The same on the ground of a rig, whose slope it tells: what lies there is no canopy.
+    #[must_use]
+    pub fn with_ground(mut self, rig: &Rig) -> Self {
+        let rise = rig.ground_slope_deg.unwrap_or(0.0).to_radians().tan();
+        for eye in &mut self.eyes {
+            eye.rise = eye.mount.side() * rise;
+            eye.foot_m = rise * rig.row_axis_m(&eye.mount, None);
+            eye.clearance_m = rig.ground_clearance_m;
+        }
+        self
     }
 
     /// The boom.
@@ -265,6 +284,10 @@ impl Eye {
                 continue;
             }
             let (ahead_m, z_m) = (range_m * ahead, self.mount.height_m + range_m * up);
+            let ground_m = self.foot_m + self.rise * (range_m * across - self.mount.distance_m);
+            if z_m < ground_m + self.clearance_m {
+                continue;
+            }
             for (nozzle, (beams, [from_m, to_m])) in nozzles.iter().zip(&mut found) {
                 if (nozzle.height.from..nozzle.height.to).contains(&z_m) {
                     *beams += 1;

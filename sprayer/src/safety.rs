@@ -101,7 +101,7 @@ pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) 
         Breach { rule, forbidden_s: forbidden.length(), litres }
     });
     let in_zones = pass.nozzles().iter().zip(flows).map(|(nozzle, flow)| {
-        let times = later(&zones::within(boom, drive, nozzle.ahead_m));
+        let times = later(&zones::within(boom, drive, nozzle));
         (times.length(), flow.litres_in(&times))
     });
     let (forbidden_s, litres) =

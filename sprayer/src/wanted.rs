@@ -74,7 +74,7 @@ impl Passing {
             }
         }
         // What must not be sprayed is not wanted, whatever stands there.
-        let allowed = zones::within(boom, drive, nozzle.ahead_m).gaps(drive.time());
+        let allowed = zones::within(boom, drive, nozzle).gaps(drive.time());
         Spans::of(times).joined(1e-9).and(&drive.going(boom.standstill_m_s)).and(&allowed)
     }
 

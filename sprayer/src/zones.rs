@@ -1,12 +1,14 @@
 //! Stretches of the row that must not be sprayed: when a nozzle is in one.
 
-use crate::boom::Boom;
+use crate::boom::{Boom, Nozzle};
 use crate::drive::Drive;
 use crate::span::{Span, Spans};
 
-/// When something that is `ahead_m` ahead of the scanners is in a stretch that must not be sprayed.
-pub(crate) fn within(boom: &Boom, drive: &Drive, ahead_m: f64) -> Spans {
-    let zones: Spans = boom.no_spray.iter().map(|zone| Span::new(zone.y_from_m, zone.y_to_m)).collect();
+/// When a nozzle is in a stretch that must not be sprayed.
+pub(crate) fn within(boom: &Boom, drive: &Drive, nozzle: &Nozzle) -> Spans {
+    let ahead_m = nozzle.ahead_m;
+    let of_side = boom.no_spray.iter().filter(|zone| zone.side.is_none_or(|side| side == nozzle.side));
+    let zones: Spans = of_side.map(|zone| Span::new(zone.y_from_m, zone.y_to_m)).collect();
     let pieces = drive.pieces().iter().filter(|piece| piece.alley.is_some());
     let parts = pieces.flat_map(|piece| piece.monotone().map(move |part| (piece, part)));
     parts

@@ -92,6 +92,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     }
     let controller = Controller::new(boom, &rig.scanners, args.late_ms / 1e3)
         .map_err(|error| Failure::Usage(error.to_string()))?
+        .with_ground(&rig)
         .with_least_beams(args.least_beams);
     let config = DriverConfig::default();
     let config = if args.patient { config.patient() } else { config };

@@ -203,7 +203,7 @@ pub(crate) fn rms(values: &[f64]) -> f64 {
 }
 
 /// The middle value, or the mean of the two in the middle; None of nothing.
-pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
+pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     let upper = *values.get(values.len() / 2)?;
     let lower = *values.get((values.len() - 1) / 2)?;

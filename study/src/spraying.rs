@@ -4,11 +4,10 @@ use rowscan_emulator::offline::{Offline, SetUpError};
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::Mount;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
 use rowscan_protocol::validity::ScanFault;
-use rowscan_sprayer::boom::Zone;
+use rowscan_sprayer::boom::{Side, Zone};
 use rowscan_sprayer::controller::{LEAST_BEAMS, ahead_m};
 use rowscan_sprayer::{Boom, Command, CommandLog, Controller, ControllerError, Drive, Pass, Target};
 use rowscan_vehicle::Tractor;
@@ -86,8 +85,9 @@ pub fn spray(
         return Err(SprayingError::Drops);
     }
     let tractor = stage.tractor();
-    let mut controller =
-        Controller::new(boom.clone(), &stage.rig.scanners, assumed_late_s)?.with_least_beams(least_beams);
+    let mut controller = Controller::new(boom.clone(), &stage.rig.scanners, assumed_late_s)?
+        .with_ground(&stage.rig)
+        .with_least_beams(least_beams);
     let mut eyes = eyes(stage, &tractor)?;
     let hertz = eyes.first().map_or(1.0, |(_, hertz, _)| *hertz);
     let end = SimTime((stage.scans_to_row_end(hertz) as f64 / hertz * 1e9) as u64);
@@ -129,11 +129,16 @@ pub fn spray(
     // The first word of a controller, which says that it is there.
     said.push(Command { at: SimTime::ZERO, target: Target::All, duty: 0.0 });
     let mut boom = boom;
-    // Where the first scans meet the row's axis.
-    let first_ahead_m =
-        |mount: &Mount| mount.offset_y_m + ahead_m(mount, mount.distance_m, 0.0).unwrap_or(0.0);
-    let first_m = stage.rig.scanners.iter().map(first_ahead_m).fold(f64::NEG_INFINITY, f64::max);
-    boom.no_spray.push(Zone { y_from_m: stage.rig.start_m - FAR_M, y_to_m: stage.rig.start_m + first_m });
+    // Where the first scans meet the row's axis, on either side.
+    for side in [Side::Left, Side::Right] {
+        let mounts = stage.rig.scanners.iter().filter(|mount| Side::from(mount.row) == side);
+        let first_m =
+            mounts.map(|mount| mount.offset_y_m + ahead_m(mount, mount.distance_m, 0.0).unwrap_or(0.0));
+        let first_m = stage.rig.start_m + first_m.fold(f64::INFINITY, f64::min);
+        if first_m.is_finite() {
+            boom.no_spray.push(Zone { y_from_m: first_m - FAR_M, y_to_m: first_m, side: Some(side) });
+        }
+    }
     let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, end);
     let pass = Pass::new(boom, &stage.orchard, drive, stage.scene.seed);
     Ok(Sprayed { pass, log: said.into_iter().collect(), scans })

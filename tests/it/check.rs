@@ -104,16 +104,20 @@ fn a_controller_that_reads_nothing_takes_no_scans() {
 #[test]
 fn a_way_that_was_not_driven_shows_in_the_leaf_areas_error() {
     let folder = tempfile::tempdir().expect("a folder");
-    let error = |slip: f64| {
+    let error = |drive: &str, ticks: &str, end: &str| {
         let scene = folder.path().join("scene.toml");
         let written = format!(
-            "version = 2\n[orchard]\ntrees = 4\n[drive]\nslip = {slip}\n[rig]\nencoder_ticks_per_m = 1000.0\ncalibration = \"spindle\"\n[[rig.scanner]]\nmodel = \"lms111\"\n"
+            "version = 2\n[orchard]\ntrees = 4\nrows = 2\n[rig]\n{ticks}calibration = \"spindle\"\n[[rig.scanner]]\nmodel = \"lms111\"\n[drive]\n{drive}"
         );
         std::fs::write(&scene, written).expect("written");
+        // Only who knows the rig asks for the encoder.
+        let rig = if ticks.is_empty() { "" } else { ", \"--rig\", \"{scenario}/scene.toml\"" };
         let path = folder.path().join("it.toml");
-        let written = "version = 1\nscene = \"scene.toml\"\nclock = { mode = \"lockstep\", ack = { sut = \"idle\" } }\nend = { row_m = 6.2 }\n\
-            expect = [{ what = \"leaf_area_error\", abs_below = 0.15 }]\n[[device]]\nid = \"left\"\nmodel = \"lms111\"\n[[run]]\nid = \"sut\"\n\
-            command = [\"{rowscan}\", \"estimate\", \"tcp://{left.tcp}\", \"--rig\", \"{scenario}/scene.toml\"]\nready = { line = \"connected\" }\n";
+        let written = format!(
+            "version = 1\nscene = \"scene.toml\"\nclock = {{ mode = \"lockstep\", ack = {{ sut = \"idle\" }} }}\nend = {{ {end} }}\n\
+             expect = [{{ what = \"leaf_area_error\", abs_below = 0.15 }}]\n[[device]]\nid = \"left\"\nmodel = \"lms111\"\n[[run]]\nid = \"sut\"\n\
+             command = [\"{{rowscan}}\", \"estimate\", \"tcp://{{left.tcp}}\"{rig}]\nready = {{ line = \"connected\" }}\n"
+        );
         std::fs::write(&path, written).expect("written");
         let ended = run(&["check", text(&path), "--format", "jsonl"]);
         let found = ended.stdout.split("found ").nth(1).and_then(|text| text.split(['"', ' ', ';']).next());
@@ -122,12 +126,22 @@ fn a_way_that_was_not_driven_shows_in_the_leaf_areas_error() {
             .unwrap_or_else(|| panic!("{}{}", ended.stdout, ended.stderr));
         (ended.code, found)
     };
-    let (code, even) = error(0.0);
-    assert_eq!(code, Some(0), "{even}");
-    let (code, slipped) = error(0.2);
-    assert_eq!(code, Some(1), "{slipped}");
-    // A wheel that slips by a fifth counts a quarter more way.
-    assert!((0.15..0.35).contains(&(slipped - even)), "{even} {slipped}");
+    let leg = |seconds: f64, m_s: f64| format!("[[drive.legs]]\nseconds = {seconds}\nspeed_m_s = {m_s}\n");
+    let back =
+        [leg(0.0, 1.0), leg(4.0, 1.0), leg(0.0, -1.0), leg(2.0, -1.0), leg(0.0, 1.0), leg(9.0, 1.0)].concat();
+    let encoder = "encoder_ticks_per_m = 1000.0\n";
+    // Wheels that slip by a fifth count a quarter more way, in one alley and in two. Without an encoder what was driven in reverse counts as ahead: 10.2 m for 6.2.
+    for (right, wrong, end, expected) in [
+        (("slip = 0.0\n", encoder), ("slip = 0.2\n", encoder), "row_m = 6.2", 0.25),
+        (("slip = 0.0\nalleys = 2\n", encoder), ("slip = 0.2\nalleys = 2\n", encoder), "s = 14", 0.25),
+        (("", ""), (back.as_str(), ""), "row_m = 6.2", 0.65),
+    ] {
+        let (code, even) = error(right.0, right.1, end);
+        assert_eq!(code, Some(0), "{end}: {even}");
+        let (code, off) = error(wrong.0, wrong.1, end);
+        assert_eq!(code, Some(1), "{end}: {off}");
+        assert!((off - even - expected).abs() < 0.12, "{end}: {even} {off}");
+    }
 }
 
 /// Who stops the scanner gets no scans, and none are lost: neither passes for listening.

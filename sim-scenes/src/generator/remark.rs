@@ -60,7 +60,7 @@ impl fmt::Display for Remark {
             ),
             Self::Copies { target_lai, grown_lai } => write!(
                 f,
-                "orchard.target_lai: expected at most {MOST_COPIES} times what grows, {grown_lai:.2}, found {target_lai}: most leaves are copies, on the same thin wood and on added shoots, closer together than trees have them, and estimates of such rows may be half the truth, outside of their interval; lower it, or let the trees grow more (`iterations`, `seasons`)"
+                "orchard.target_lai: expected at most {MOST_COPIES} times what grows, {grown_lai:.2}, found {target_lai}: most leaves are copies, on the same thin wood and on added shoots, closer together than trees have them, and estimates of such rows may be half the truth, outside of their interval; lower it, or take larger trees (another preset; of `hmt` more `tree.iterations`)"
             ),
             Self::NoArea { path, faces, first } => {
                 write!(f, "{path}: {faces} faces without area were left out; the first at {first}")

@@ -278,7 +278,7 @@ fn speed_that_changes_and_turns_are_compensated_by_the_oracle() {
 #[test]
 fn zones_and_switches_are_rules_and_safe_is_when_the_last_valve_has_shut() {
     let mut boom = boom("on_ms = 0\noff_ms = 50\nrise_ms = 0\nfall_ms = 40");
-    boom.no_spray.push(rowscan_sprayer::boom::Zone { y_from_m: 2.0, y_to_m: 3.5 });
+    boom.no_spray.push(rowscan_sprayer::boom::Zone { y_from_m: 2.0, y_to_m: 3.5, side: None });
     let pass = Pass::new(boom, &row(&[[0.0, 20.0]]), straight(1.5, 10.0), 1);
     let command = |s: f64, duty| Command { at: SimTime((s * 1e9) as u64), target: Target::All, duty };
     let log: CommandLog = [command(0.0, 1.0), command(6.0, 0.0)].into_iter().collect();
@@ -300,7 +300,7 @@ fn zones_and_switches_are_rules_and_safe_is_when_the_last_valve_has_shut() {
 #[test]
 fn what_must_not_be_sprayed_is_not_wanted() {
     let mut boom = boom(IDEAL);
-    boom.no_spray.push(rowscan_sprayer::boom::Zone { y_from_m: 2.0, y_to_m: 3.5 });
+    boom.no_spray.push(rowscan_sprayer::boom::Zone { y_from_m: 2.0, y_to_m: 3.5, side: None });
     let pass = Pass::new(boom, &row(&[[-20.0, 40.0]]), straight(1.5, 10.0), 1);
     let best = oracle::commands(&pass);
     let spared = breaches(&pass, &pass.flows(&best), &Switches::default(), 0.0);

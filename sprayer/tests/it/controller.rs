@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::rig::Mount;
+use rowscan_protocol::rig::{Mount, Rig};
 use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
 use rowscan_sprayer::{Boom, Controller};
 
@@ -139,6 +139,45 @@ fn however_the_scanner_is_turned_it_opens_and_closes_where_a_level_one_does() {
             assert!(off_m <= 0.05 + across_m, "{mount:?}: {found} {level}");
         }
     }
+}
+
+/// Ground on a slope is no canopy where the rig tells the slope; and it is taken for canopy where nobody does.
+#[test]
+fn ground_that_the_rig_tells_opens_nothing() {
+    const SLOPE_DEG: f64 = 30.0;
+    let rise = SLOPE_DEG.to_radians().tan();
+    let opens = |rig: &Rig, is_told: bool| {
+        let mount = rig.scanners[0].clone();
+        let controller = Controller::new(boom(50.0, 50.0), &rig.scanners, LATE_S).expect("they fit");
+        let mut controller = if is_told { controller.with_ground(rig) } else { controller };
+        let beams = BeamGrid::spanning(-450_000, 2_250_000, 5000);
+        let to_ground = |beam: usize| {
+            let (sin, cos) = mount.theta_deg(beams.angle_deg(beam)).to_radians().sin_cos();
+            let falls = mount.side() * rise * cos - sin;
+            // Z = 0 at the row's axis.
+            let range_m = (mount.height_m + mount.side() * rise * mount.distance_m) / falls;
+            if falls > 0.0 && range_m < 20.0 { range_m } else { NO_ECHO }
+        };
+        let echoes = vec![Echo { range_m: (0..beams.len()).map(to_ground).collect(), ..Echo::default() }];
+        (0..200).any(|turn| {
+            if turn % 5 == 0 {
+                controller.on_speed(Some(1.0));
+                controller.on_course(0.5);
+            }
+            let scan = Scan {
+                scan_time_us: turn * 20_000,
+                scan_frequency_hz: 1.0 / TURN_S,
+                beams,
+                echoes: echoes.clone(),
+                ..Scan::default()
+            };
+            controller.on_scan(0, &scan);
+            controller.duties().iter().any(|duty| *duty > 0.0)
+        })
+    };
+    // It rises towards the row: a metre behind the axis it is 0.58 m high, in the lowest section.
+    let rig = Rig { ground_slope_deg: Some(SLOPE_DEG), scanners: vec![Mount::default()], ..Rig::default() };
+    assert!(!opens(&rig, true) && opens(&rig, false));
 }
 
 /// A look-ahead that reaches past the scanner: it opens and closes as soon as it sees, and is not shut for ever.

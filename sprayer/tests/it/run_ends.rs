@@ -153,7 +153,7 @@ fn a_rule_that_holds_no_longer_than_valves_are_given_forbids_nothing() {
         [Command { at: SimTime::ZERO, target: Target::All, duty: 1.0 }].into_iter().collect();
     for step in 1_u32..40 {
         let (from_m, long_m, speed_m_s) = (0.1 + 0.037 * f64::from(step), 0.05 * f64::from(step), 1.2);
-        let zone = Zone { y_from_m: from_m, y_to_m: from_m + long_m };
+        let zone = Zone { y_from_m: from_m, y_to_m: from_m + long_m, side: None };
         let boom = Boom { no_spray: vec![zone], ..boom() };
         let of_wall = pass(&row([[-9.0, 30.0]]), steady(speed_m_s), 20.0);
         let pass = Pass::new(boom, &row([[-9.0, 30.0]]), of_wall.drive().clone(), 5);

@@ -51,7 +51,7 @@ impl Rule {
             Self::R2Order => "order of R²",
             Self::SlopeOrder => "order of slopes",
             Self::LeaveOneOut => "leave-one-out",
-            Self::Bend => "bend |t|",
+            Self::Bend => "bend |t| of the power law",
             Self::Seasons => "L_A by season",
         }
     }

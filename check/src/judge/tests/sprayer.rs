@@ -164,7 +164,7 @@ fn a_rule_that_held_no_longer_than_within_s_is_told_with_how_long_it_held() {
     // Open all the time, past 2 m that must not be sprayed, at 1 m/s; the drive never stands.
     let told = |of: &str, within_s: f64| {
         let open = sprayed(&[(0.0, 1.0)]);
-        let zone = rowscan_sprayer::boom::Zone { y_from_m: 3.0, y_to_m: 5.0 };
+        let zone = rowscan_sprayer::boom::Zone { y_from_m: 3.0, y_to_m: 5.0, side: None };
         let boom = Boom { no_spray: vec![zone], ..open.pass.boom().clone() };
         let orchard = rowscan_scenes::Orchard::from_organs(Vec::new(), Vec::new(), f64::INFINITY);
         let pass = Pass::new(boom, &orchard, open.pass.drive().clone(), 1);
