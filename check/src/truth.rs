@@ -6,6 +6,9 @@ use rowscan_emulator::stage::Stage;
 /// Ways so near to each other are the same: scans are delivered a little after they were made.
 const SAME_WAY: f64 = 0.02;
 
+/// A net way that is less says nothing of what was passed, metres.
+const LEAST_WAY_M: f64 = 0.5;
+
 /// The trees of a row.
 #[derive(Clone, Debug)]
 pub(crate) struct Trees(Vec<Tree>);
@@ -47,11 +50,13 @@ impl Trees {
             found_m2 += found.leaf.areas.best_m2().ok()?;
             real_m2 += real.leaf_area_m2?;
         }
-        let times =
-            estimate.advance_m.zip(way_m.filter(|way_m| *way_m > 0.0)).map_or(1.0, |(by_estimate, way_m)| {
-                let times = by_estimate / way_m;
-                if (times - 1.0).abs() > SAME_WAY { times } else { 1.0 }
-            });
+        let times = match estimate.advance_m.zip(way_m) {
+            // Back where it began it has passed what nobody can compare.
+            Some((_, way_m)) if way_m.abs() < LEAST_WAY_M => return None,
+            Some((by_estimate, way_m)) => (by_estimate / way_m).abs(),
+            None => 1.0,
+        };
+        let times = if (times - 1.0).abs() > SAME_WAY { times } else { 1.0 };
         (real_m2 > 0.0).then(|| (times * found_m2 - real_m2) / real_m2)
     }
 }

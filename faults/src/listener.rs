@@ -8,18 +8,23 @@ use rowscan_ports::clock::retry_pause;
 use rowscan_ports::task;
 use socket2::SockRef;
 use tokio::io::AsyncReadExt;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
 use crate::fault::Door;
 use crate::handle::StreamFaults;
 
+/// Connections that may wait to be taken, as of other listeners here.
+const BACKLOG: u32 = 1024;
+
 /// A TCP listener behind the faults of its stream. Without any it is just a listener.
 #[derive(Debug)]
 pub struct GatedListener {
     /// None while nobody listens.
     listener: Option<TcpListener>,
+    /// Has the port while nobody listens: no other program may take it meanwhile.
+    held: Option<TcpSocket>,
     address: SocketAddr,
     faults: Option<(StreamFaults, watch::Receiver<u64>)>,
     /// Connections that are taken and never answered.
@@ -47,7 +52,7 @@ impl GatedListener {
             let changes = faults.changes();
             (faults, changes)
         });
-        Ok(Self { listener: Some(listener), address, faults, silent: JoinSet::new() })
+        Ok(Self { listener: Some(listener), held: None, address, faults, silent: JoinSet::new() })
     }
 
     /// Where it listens, also while nobody does.
@@ -63,15 +68,15 @@ impl GatedListener {
         loop {
             while self.silent.try_join_next().is_some() {}
             let Some((faults, changes)) = &mut self.faults else {
-                return accept(&mut self.listener, self.address).await;
+                return accept((&mut self.listener, &mut self.held), self.address).await;
             };
             changes.borrow_and_update();
             let refuses = faults.refuses();
-            if refuses {
-                self.listener = None;
+            if refuses && self.listener.take().is_some() {
+                self.held = hold(self.address);
             }
             tokio::select! {
-                accepted = accept(&mut self.listener, self.address), if !refuses => {
+                accepted = accept((&mut self.listener, &mut self.held), self.address), if !refuses => {
                     let (stream, peer) = accepted?;
                     match faults.admit() {
                         None => return Ok((stream, peer)),
@@ -87,21 +92,37 @@ impl GatedListener {
     }
 }
 
+/// A socket that has the port and does not listen there: whoever connects is refused.
+fn hold(address: SocketAddr) -> Option<TcpSocket> {
+    let bound = || {
+        let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+        // Connections that were taken before still have it, too.
+        socket.set_reuseaddr(true)?;
+        socket.bind(address)?;
+        io::Result::Ok(socket)
+    };
+    bound().inspect_err(|cause| tracing::debug!(%cause, "cannot keep {address}")).ok()
+}
+
 /// Listens again if nobody does, and accepts. Cancel safe.
 async fn accept(
-    listener: &mut Option<TcpListener>,
+    (listener, held): (&mut Option<TcpListener>, &mut Option<TcpSocket>),
     address: SocketAddr,
 ) -> io::Result<(TcpStream, SocketAddr)> {
     loop {
-        match listener {
-            Some(listener) => return listener.accept().await,
-            None => match TcpListener::bind(address).await {
-                Ok(bound) => *listener = Some(bound),
-                Err(cause) => {
-                    tracing::warn!(%cause, "cannot listen on {address} again");
-                    retry_pause().await;
-                }
-            },
+        if let Some(listener) = listener {
+            return listener.accept().await;
+        }
+        let again = match held.take() {
+            Some(socket) => socket.listen(BACKLOG),
+            None => TcpListener::bind(address).await,
+        };
+        match again {
+            Ok(bound) => *listener = Some(bound),
+            Err(cause) => {
+                tracing::warn!(%cause, "cannot listen on {address} again");
+                retry_pause().await;
+            }
         }
     }
 }

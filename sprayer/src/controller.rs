@@ -92,6 +92,18 @@ pub fn ahead_m(mount: &Mount, across_m: f64, up_m: f64) -> Option<f64> {
     ahead_m.is_finite().then_some(ahead_m)
 }
 
+/// How far some nozzle is ahead of where any scanner of its side meets the row's axis, metres; none where all are behind. What such a nozzle passes nobody has seen yet: it opens late.
+pub fn nozzles_ahead_m(boom: &Boom, mounts: &[Mount]) -> Option<f64> {
+    let meets_m = |mount: &Mount| mount.offset_y_m + ahead_m(mount, mount.distance_m, 0.0).unwrap_or(0.0);
+    let first_m = |side: Side| {
+        let of_side = mounts.iter().filter(|mount| Side::from(mount.row) == side);
+        of_side.map(meets_m).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let ahead_m =
+        boom.nozzles().iter().map(|nozzle| nozzle.ahead_m - first_m(nozzle.side)).fold(0.0, f64::max);
+    (ahead_m > 0.0 && ahead_m.is_finite()).then_some(ahead_m)
+}
+
 /// The controller. It tells the duty of each section of its boom, in the boom's order.
 #[derive(Clone, Debug)]
 pub struct Controller {

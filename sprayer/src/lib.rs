@@ -43,7 +43,7 @@ mod zones;
 
 pub use boom::{Boom, BoomError, Side};
 pub use commands::{Command, CommandLog, Target};
-pub use controller::{Controller, ControllerError};
+pub use controller::{Controller, ControllerError, nozzles_ahead_m};
 pub use drive::Drive;
 pub use edges::{Edge, Edges};
 pub use flow::Flow;

@@ -16,7 +16,7 @@ use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::files;
 use rowscan_sprayer::controller::LEAST_BEAMS;
-use rowscan_sprayer::{Boom, Controller};
+use rowscan_sprayer::{Boom, Controller, nozzles_ahead_m};
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
@@ -72,6 +72,15 @@ pub(super) fn read_boom(path: &std::path::Path) -> Result<Boom, Failure> {
     Boom::read(&text).map_err(|error| refused(&error))
 }
 
+/// Says where nozzles are ahead of all that sees the row for them.
+pub(super) fn say_nozzles_ahead(boom: &Boom, rig: &Rig) {
+    if let Some(ahead_m) = nozzles_ahead_m(boom, &rig.scanners) {
+        say(format_args!(
+            "nozzles are up to {ahead_m:.2} m ahead of where a scanner of their side sees the row, and open late; compare the boom's `offset_y_m` with the mount's, or set the scanner ahead of the boom"
+        ));
+    }
+}
+
 pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome, Failure> {
     let boom = read_boom(&args.boom)?;
     let rig = match &args.rig {
@@ -90,6 +99,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             "expected a live scanner, such as tcp://HOST:PORT, found the file {file}"
         )));
     }
+    say_nozzles_ahead(&boom, &rig);
     let controller = Controller::new(boom, &rig.scanners, args.late_ms / 1e3)
         .map_err(|error| Failure::Usage(error.to_string()))?
         .with_ground(&rig)

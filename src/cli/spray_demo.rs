@@ -12,7 +12,7 @@ use super::interrupt::Interrupt;
 use super::output::say;
 use super::scene::{self, SceneArgs};
 use super::score::{self, Titled};
-use super::spray::read_boom;
+use super::spray::{read_boom, say_nozzles_ahead};
 use super::{Failure, Format, Outcome};
 
 /// The boom where none is named.
@@ -53,6 +53,7 @@ pub(super) async fn run(asked: Asked<'_>, interrupt: &mut Interrupt) -> Result<O
     let Some(stage) = interrupt.or(scene::grow(scene)).await.transpose()? else {
         return Ok(Outcome::Interrupted(interrupt.signal().await));
     };
+    say_nozzles_ahead(&boom, &stage.rig);
     let work = move || -> Result<(SprayerRun, u64, u64), Failure> {
         let seed = stage.scene.seed;
         let sprayed = spraying::spray(&stage, boom, Controlled::default())?;

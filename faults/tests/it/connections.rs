@@ -1,11 +1,12 @@
 //! Faults of connections, on real sockets. The control begins and ends them, so no test waits for time.
 
 use std::io::ErrorKind;
+use std::net::SocketAddr;
 use std::sync::Arc;
 
 use rowscan_faults::{FaultControl, FaultEvents, HostClock, Language, Medium, What, read};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
 
 /// A device that echoes, behind faults.
 async fn echo() -> (FaultControl, FaultEvents, String) {
@@ -88,6 +89,27 @@ async fn nobody_listens_while_connections_are_refused() {
         }
     }
     assert_eq!(ask(&mut before).await.expect("what stands goes on"), 5);
+    // The port is nobody else's meanwhile: who asked for any port was given it, and then nobody could listen again.
+    let taken = TcpSocket::new_v4().and_then(|socket| socket.bind(address.parse().expect("an address")));
+    assert_eq!(taken.map_err(|cause| cause.kind()), Err(ErrorKind::AddrInUse));
+    control.reset();
+    served(&address).await;
+}
+
+#[tokio::test]
+async fn a_port_that_is_refused_is_given_to_nobody_who_asks_for_any() {
+    let (control, _events, address) = echo().await;
+    add(&control, "name = \"refuse\"");
+    while TcpStream::connect(&address).await.is_ok() {
+        tokio::task::yield_now().await;
+    }
+    let port: SocketAddr = address.parse().expect("an address");
+    let mut others = Vec::new();
+    for _ in 0..2000 {
+        let other = TcpListener::bind("127.0.0.1:0").await;
+        others.extend(other.ok().inspect(|other| assert_ne!(other.local_addr().expect("its own"), port)));
+    }
+    assert!(others.len() > 500);
     control.reset();
     served(&address).await;
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Rig};
 use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
-use rowscan_sprayer::{Boom, Controller};
+use rowscan_sprayer::{Boom, Controller, nozzles_ahead_m};
 
 /// From one scan to the next, seconds.
 const TURN_S: f64 = 0.02;
@@ -139,6 +139,21 @@ fn however_the_scanner_is_turned_it_opens_and_closes_where_a_level_one_does() {
             assert!(off_m <= 0.05 + across_m, "{mount:?}: {found} {level}");
         }
     }
+}
+
+#[test]
+fn nozzles_ahead_of_all_that_sees_for_them_are_told() {
+    let at = |offset_y_m: f64, yaw_deg: f64| Mount { offset_y_m, yaw_deg, ..Mount::default() };
+    let ahead_m = |mounts: &[Mount]| nozzles_ahead_m(&boom(0.0, 0.0), mounts);
+    // They are a metre behind the reference point.
+    assert_eq!((ahead_m(&[at(0.0, 0.0)]), ahead_m(&[at(-0.9, 0.0), at(-3.0, 0.0)])), (None, None));
+    assert!(ahead_m(&[at(-3.0, 0.0)]).is_some_and(|m| (m - 2.0).abs() < 1e-9));
+    // A scanner that looks ahead sees the row where the nozzles are not yet.
+    assert_eq!(ahead_m(&[at(-1.5, 20.0)]), None);
+    assert!(
+        ahead_m(&[at(-1.5, -20.0)])
+            .is_some_and(|m| (m - 0.5 - 1.9 * 20.0_f64.to_radians().tan()).abs() < 1e-3)
+    );
 }
 
 /// Ground on a slope is no canopy where the rig tells the slope; and it is taken for canopy where nobody does.
