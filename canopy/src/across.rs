@@ -21,7 +21,7 @@ const BEHIND: (f64, f64) = (0.12, 0.25);
 /// How far before it. The same rows: 0.57 of half the depth at most; 0.9 where the distance is told 0.2 m too large.
 const BEFORE: (f64, f64) = (0.2, 0.7);
 
-/// What lies nearer to the scanner's way is where it drives, metres: tractors keep clear of crowns, and most scanners measure from 0.5 m on.
+/// Leaves nearer to the scanner's way than this stand where it drives, metres: tractors keep clear of crowns, and most scanners measure from 0.5 m on.
 pub(crate) const NEAR_SCANNER_M: f64 = 0.35;
 /// Share of the canopy there from which on it is driven through. Seven training systems of 0.7 to 2 times their leaf area, by rays and by an LMS111's spots:
 /// 0.08 at most where the row is 0.4 m beside the way, and 0.25 to 0.6 of vases 1.5 m and less away, of which a third to a half was told.
@@ -66,7 +66,7 @@ impl Across {
         (self.returns >= LEAST && elsewhere).then_some(Faces { near_m, far_m })
     }
 
-    /// Share of the canopy that lies where the scanner is driven, so far before the axis, where that is much.
+    /// Share of the canopy within [`NEAR_SCANNER_M`] of the scanner's way, which is `distance_m` before the axis; `None` where it is small.
     pub(crate) fn at_scanner(&self, distance_m: f64) -> Option<f64> {
         let end = ((NEAR_SCANNER_M - distance_m + REACH_M) / BIN_M).clamp(0.0, BINS as f64) as usize;
         let near: u64 = self.bins.iter().take(end).sum();

@@ -1,12 +1,13 @@
 //! Leaves that are added to a tree: on its own thin wood, and where that bears enough of them, on shoots that are added too.
 //!
-//! Wood that bears many times its own leaves is a tuft, denser than trees have, with gaps between tufts that no crown of so many leaves has. A tree with more
-//! leaves has more shoots.
+//! Wood that bears many times its own leaves forms tufts with gaps between them, which real crowns with so many leaves do not have. A tree with more leaves has
+//! more shoots.
 
 use glam::DVec3;
 
 use crate::generator::draft::{Age, Blade, Draft, Segment};
 use crate::growth::prune::Envelope;
+use crate::growth::rotation::fork;
 use crate::organ::Leaf;
 use crate::placement::Placement;
 use crate::seed::Stream;
@@ -23,7 +24,7 @@ const MOST_ADDED: usize = 50;
 /// Times its own leaves that a tree's own wood may be given.
 const MOST_ON_OWN_WOOD: usize = 3;
 
-/// An added shoot: its length and radius in metres, its leaves, and how far it turns from its bearer, degrees. Of the size of those that fill a grown crown.
+/// An added shoot: length and radius in metres, number of leaves, and the least and greatest angle to its bearer, degrees.
 const SHOOT_M: f64 = 0.3;
 const SHOOT_RADIUS_M: f64 = 0.002;
 const SHOOT_LEAVES: u32 = 12;
@@ -39,7 +40,7 @@ pub(crate) struct Sower {
     bearers: Vec<(usize, f64)>,
     /// The latest added shoot, and leaves that it has room for.
     shoot: Option<(usize, u32)>,
-    /// Where the tree's own leaves are, from and to, metres: a crown fills, it does not grow.
+    /// Lowest and highest coordinates of the tree's own leaves, metres: added shoots fill the crown and do not enlarge it.
     crown: [DVec3; 2],
 }
 
@@ -81,14 +82,11 @@ impl Sower {
         if times > MOST_ADDED {
             return None;
         }
+        let on_shoot = times > MOST_ON_OWN_WOOD;
         (0..TRIES).find_map(|_| {
             let donor = draft.blades.get((self.stream.unit() * self.own as f64) as usize)?.clone();
-            let (segment, along_m) = match times > MOST_ON_OWN_WOOD {
-                true => self.on_shoot(draft, envelope)?,
-                false => self.on_wood(draft)?,
-            };
-            let on_shoot = times > MOST_ON_OWN_WOOD;
-            let blade = self.copy(draft, &donor, (segment, along_m), envelope)?;
+            let place = if on_shoot { self.on_shoot(draft, envelope) } else { self.on_wood(draft) }?;
+            let blade = self.copy(draft, &donor, place, envelope)?;
             (!on_shoot || self.is_in_crown(blade.leaf.centroid().into())).then_some(blade)
         })
     }
@@ -118,17 +116,14 @@ impl Sower {
         Some((number, SHOOT_M * (f64::from(room) - 0.5) / f64::from(SHOOT_LEAVES)))
     }
 
-    /// Adds a shoot on a random point of the thin wood, which it is a part of from then on. None where no room was found.
+    /// Adds a shoot at a random point of the thin wood, and counts it as thin wood from then on. None where no room was found.
     fn grow(&mut self, draft: &mut Draft, envelope: Option<&Envelope>) -> Option<usize> {
         let shoot = (0..TRIES).find_map(|_| {
             let (number, bearer_m) = self.on_wood(draft)?;
             let bearer = draft.segments.get(number)?;
             let [least_deg, most_deg] = SHOOT_TURN_DEG;
-            let turn = (least_deg + self.stream.unit() * (most_deg - least_deg)).to_radians();
-            let (across, other) = bearer.direction.any_orthonormal_pair();
-            let (sin, cos) = (self.stream.unit() * std::f64::consts::TAU).sin_cos();
-            let direction =
-                (bearer.direction * turn.cos() + (across * cos + other * sin) * turn.sin()).normalize();
+            let turn_deg = least_deg + self.stream.unit() * (most_deg - least_deg);
+            let direction = fork(bearer.direction, turn_deg, self.stream.unit() * 360.0);
             let base = bearer.base + bearer.direction * bearer_m;
             let tip = base + direction * SHOOT_M;
             let is_inside = |point: DVec3| {

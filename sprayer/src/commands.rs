@@ -7,7 +7,7 @@ use crate::boom::{Boom, Nozzle};
 use crate::hydraulics::Regulator;
 use crate::valve::{Kind, Step};
 
-/// From this duty on a command is for all that a valve lets through: 249 of 250 is.
+/// A duty from here on counts as fully open; 249 of 250 does.
 const WHOLE: f64 = 0.99;
 
 /// Whom a command is for.
@@ -22,6 +22,18 @@ pub enum Target {
     Nozzle(u16),
     /// The regulating valve: how far it shall be open. No nozzle.
     Regulator,
+}
+
+impl Target {
+    /// True if it names the nozzle with this number, in the section with that number.
+    fn means(self, nozzle: usize, section: Option<&u16>) -> bool {
+        match self {
+            Self::All => true,
+            Self::Section(named) => section == Some(&named),
+            Self::Nozzle(named) => nozzle == usize::from(named),
+            Self::Regulator => false,
+        }
+    }
 }
 
 /// A command, from an instant on.
@@ -111,18 +123,13 @@ impl CommandLog {
         found
     }
 
-    /// Duties between shut and open that on/off valves were told, which open for any above 0: how many commands, and the least of them. A controller that counts
-    /// in other units than the message tells such. None where there was none.
+    /// Commands that give on/off valves a duty between 0 and 1: how many, and the smallest duty. Such valves open fully for any duty above 0, so the controller
+    /// may use another unit than the message. `None` where there was no such command.
     pub fn in_part(&self, boom: &Boom) -> Option<(usize, f64)> {
         let nozzles = boom.nozzles();
         let numbers: Vec<u16> = boom.numbers().collect();
         let is_on_off = |target: Target| {
-            let of_target = |nozzle: &&Nozzle| match target {
-                Target::All => true,
-                Target::Section(number) => numbers.get(nozzle.section) == Some(&number),
-                Target::Nozzle(number) => nozzle.number == usize::from(number),
-                Target::Regulator => false,
-            };
+            let of_target = |nozzle: &&Nozzle| target.means(nozzle.number, numbers.get(nozzle.section));
             nozzles.iter().filter(of_target).any(|nozzle| nozzle.valve.kind == Kind::OnOff)
         };
         let in_part = self.0.iter().filter(|command| command.duty > 0.0 && command.duty < WHOLE);
@@ -178,13 +185,7 @@ impl Duties {
         let at = command.at.as_secs_f64();
         self.silent(at);
         for ((number, section), steps) in self.sections.iter().enumerate().zip(&mut self.steps) {
-            let is_meant = match command.target {
-                Target::All => true,
-                Target::Section(named) => self.numbers.get(*section) == Some(&named),
-                Target::Nozzle(named) => number == usize::from(named),
-                Target::Regulator => false,
-            };
-            if is_meant {
+            if command.target.means(number, self.numbers.get(*section)) {
                 tell(steps, at, command.duty.clamp(0.0, 1.0));
             }
         }

@@ -83,7 +83,7 @@ struct Sight {
 }
 
 /// How far ahead of its mirror a scanner sees what is so far across and up from it, metres; `None` where no beam of its plane goes there.
-pub fn ahead_m(mount: &Mount, across_m: f64, up_m: f64) -> Option<f64> {
+fn ahead_m(mount: &Mount, across_m: f64, up_m: f64) -> Option<f64> {
     let Axes { to_row, up, .. } = mount.attitude().axes();
     let area = to_row[0] * up[2] - to_row[2] * up[0];
     let (cos, sin) =
@@ -92,12 +92,17 @@ pub fn ahead_m(mount: &Mount, across_m: f64, up_m: f64) -> Option<f64> {
     ahead_m.is_finite().then_some(ahead_m)
 }
 
-/// How far some nozzle is ahead of where any scanner of its side meets the row's axis, metres; none where all are behind. What such a nozzle passes nobody has seen yet: it opens late.
+/// Where a scanner's plane meets the row's axis, metres ahead of the rig's reference point, at the height of the mirror.
+pub fn meets_axis_m(mount: &Mount) -> f64 {
+    mount.offset_y_m + ahead_m(mount, mount.distance_m, 0.0).unwrap_or(0.0)
+}
+
+/// How far the foremost nozzle is ahead of the place where the scanners of its side meet the row's axis, metres; `None` where no nozzle is. Such a nozzle passes
+/// leaves before any scanner has seen them, and opens late.
 pub fn nozzles_ahead_m(boom: &Boom, mounts: &[Mount]) -> Option<f64> {
-    let meets_m = |mount: &Mount| mount.offset_y_m + ahead_m(mount, mount.distance_m, 0.0).unwrap_or(0.0);
     let first_m = |side: Side| {
         let of_side = mounts.iter().filter(|mount| Side::from(mount.row) == side);
-        of_side.map(meets_m).fold(f64::NEG_INFINITY, f64::max)
+        of_side.map(meets_axis_m).fold(f64::NEG_INFINITY, f64::max)
     };
     let ahead_m =
         boom.nozzles().iter().map(|nozzle| nozzle.ahead_m - first_m(nozzle.side)).fold(0.0, f64::max);

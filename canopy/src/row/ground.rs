@@ -78,7 +78,7 @@ impl Row {
         self.across.elsewhere().filter(|faces| matters || faces.far_m > gate_m)
     }
 
-    /// Share of the canopy that lies where the scanner is driven, where that is much.
+    /// Share of the canopy that stands where the scanner drives; `None` where it is small.
     pub(crate) fn at_scanner(&self) -> Option<f64> {
         self.across.at_scanner(self.frame.distance_m)
     }

@@ -33,7 +33,7 @@ use tokio::sync::Notify;
 
 pub use children::ChildClock;
 pub use level::{Ack, AckError, OutputAck, OutputPort};
-pub use unread::{Unread, unread, unread_datagrams};
+pub use unread::{unread, unread_datagrams};
 
 use crate::clock::SimClock;
 use crate::compute::Compute;
@@ -62,6 +62,17 @@ pub struct LockstepConfig {
     pub deadline: Duration,
     /// How much later what participants say on a bus takes effect.
     pub compute: Compute,
+}
+
+/// A TCP connection of this program with another one on this machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unread {
+    /// This program's end.
+    pub here: SocketAddr,
+    /// Bytes that this program has written since the connection was opened.
+    pub written: u64,
+    /// Bytes of these that the other program has not read.
+    pub unread: u64,
 }
 
 /// Why a lockstep clock could not begin.

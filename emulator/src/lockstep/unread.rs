@@ -5,21 +5,11 @@ use std::net::SocketAddr;
 
 use netlink_packet_sock_diag::constants::{IPPROTO_TCP, IPPROTO_UDP};
 
+use super::Unread;
 use super::bystanders::Bystanders;
 use super::receivers::listens;
 use super::sockets::{Sockets, TALKING, ends};
 use crate::processes;
-
-/// A TCP connection of this program with another one on this machine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Unread {
-    /// This program's end.
-    pub here: SocketAddr,
-    /// Bytes that this program has written since the connection was opened.
-    pub written: u64,
-    /// Bytes of these that the other program has not read.
-    pub unread: u64,
-}
 
 /// This program's TCP connections with other programs of this machine, and what these have not read.
 ///
