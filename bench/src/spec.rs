@@ -244,8 +244,9 @@ impl ScannerSpec {
     /// What the streams are called that its telegrams are recorded in.
     pub fn streams(&self) -> Vec<String> {
         let datagrams = matches!(self.model, AnyModel::Cola(model) if model.compact.is_some());
-        let datagrams = datagrams.then(|| format!("{}{DATAGRAMS}", self.id));
-        [self.id.clone()].into_iter().chain(datagrams).collect()
+        let name = self.stream.as_deref().unwrap_or(self.model.name());
+        let datagrams = datagrams.then(|| format!("{name}{DATAGRAMS}"));
+        [name.to_owned()].into_iter().chain(datagrams).collect()
     }
 
     /// The same, to be found there as well.

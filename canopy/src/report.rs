@@ -214,6 +214,8 @@ fn tell_how_sure(
             .map(|sd_m| amplified * uncertainty::distance_sd(pass.row.sampled_so_far().hidden(), sd_m)),
         voxels: law.other_edge().and_then(|other| other.relative_sd).map(|sd| amplified * sd),
         sides: estimate.other_side.map(|_| amplified * uncertainty::SIDES_SD),
+        outline: law.beyond_outline().map(uncertainty::outline_sd),
+        growth: pass.row.growth_in_alley().map(|share| amplified * uncertainty::without_growth(share)),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
     // The error of the spot correction is part of a calibration on wide beams.
@@ -230,6 +232,7 @@ fn tell_how_sure(
             relative(parts.density),
             relative(parts.wood),
             relative(parts.calibration),
+            relative(parts.outline),
         ])
     });
     // Errors of the raw leaf area, which a steeper law makes more of.
@@ -244,9 +247,9 @@ fn tell_how_sure(
     let (about, own_law) = (weighed(1.0), relative(parts.own_law));
     let about_own = weighed(parts.own_law_weighs.unwrap_or(1.0));
     leaf.sampling_error_m2 = parts.sampling.and_then(ends);
-    let uneven = relative(parts.uneven);
-    // By each law that may hold: the one that is applied, that of the calibration's own rows, and the applied one tree by tree.
-    let laws = [(0.0, about), (own_law, about_own), (uneven, about)];
+    let (uneven, growth) = (relative(parts.uneven), relative(parts.growth));
+    // By each law that may hold: the one that is applied, that of the calibration's own rows, the applied one tree by tree, and without what grows in the alley.
+    let laws = [(0.0, about), (own_law, about_own), (uneven, about), (growth, about)];
     let by_law = |leaf_m2: f64| {
         laws.iter()
             .filter_map(|(shift, sd)| Some(uncertainty::interval(leaf_m2 * shift.exp(), (*sd)?)))
@@ -255,7 +258,10 @@ fn tell_how_sure(
     leaf.interval_m2 = leaf_m2.and_then(by_law);
     leaf.uncertainty = Some(parts);
     // Pieces are drawn toward the row, by whichever law: their intervals take the difference of the two as one more cause.
-    RowSds { sampling: parts.sampling, all: about_own.map(|sd| uncertainty::combined([sd, own_law, uneven])) }
+    RowSds {
+        sampling: parts.sampling,
+        all: about_own.map(|sd| uncertainty::combined([sd, own_law, uneven, growth])),
+    }
 }
 
 /// What is known of the pieces of a row that is measured like this.
@@ -333,6 +339,10 @@ fn row(
     if let Some(share) = pass.row.cut_by_clearance() {
         let clearance_m = pass.row.frame().ground_clearance_m;
         estimate.warnings.push(Warning::Clearance { share, clearance_m });
+    }
+    if let Some(share) = pass.row.growth_in_alley() {
+        let clearance_m = pass.row.frame().ground_clearance_m;
+        estimate.warnings.push(Warning::GrowthInAlley { share, clearance_m });
     }
     if !pass.row.has_far_gate() {
         estimate.warnings.push(Warning::NoFarRowGate);

@@ -291,6 +291,13 @@ pub enum Warning {
         /// The clearance, metres.
         clearance_m: f64,
     },
+    /// Grass or weeds in the alley stand out of the rig's clearance and count as leaves.
+    GrowthInAlley {
+        /// Share of the canopy's returns.
+        share: f64,
+        /// The clearance, metres.
+        clearance_m: f64,
+    },
     /// So many returns lie far below where the rig has the ground that it has the scanner wrong: leaf areas are withheld.
     BelowGround {
         /// Share of the returns.
@@ -518,6 +525,7 @@ impl Warning {
             Self::MostlyUnseen { .. } => "mostly_unseen",
             Self::GroundSlope { .. } => "ground_slope",
             Self::Clearance { .. } => "ground_clearance",
+            Self::GrowthInAlley { .. } => "growth_in_alley",
             Self::GroundLevel { .. } | Self::BelowGround { .. } => "ground_level",
             Self::BeforeRow { .. } => "before_row",
             Self::PastRow { .. } => "past_row",

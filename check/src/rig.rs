@@ -127,9 +127,12 @@ impl ScenarioRig {
             scene: Some(scenario.scene.clone()),
             seed: Some(stage.scene.seed),
             rig: rig_text(&stage.rig).ok(),
-            mounts: scenario.devices.iter().map(|device| (device.id.clone(), device.scanner)).collect(),
             ..About::default()
         };
+        let scanners: Vec<ScannerSpec> =
+            scenario.devices.iter().map(|device| scanner(device, folder)).collect();
+        let about =
+            about.of_scanners(scanners.iter().map(|spec| (spec.model.name(), spec.mount, spec.streams())));
         let file = is_kept.then(|| RunFile::start(folder, spec.clock(), about)).transpose()?;
         let recorded = || file.as_ref().map_or_else(Taps::default, RunFile::taps);
         spec.taps =
@@ -139,12 +142,11 @@ impl ScenarioRig {
         spec.nmea_taps =
             if wants_sentences { sentences.taps(&journal).and(witness.taps()) } else { witness.taps() };
         spec.nmea_taps = spec.nmea_taps.and(recorded());
-        (spec.faults, spec.watched) = (true, true);
+        (spec.faults, spec.watched, spec.scanners) = (true, true, scanners);
         for device in &scenario.devices {
             let as_fitted = rig_with(&stage.rig, device.scanner, device.kind.model().name());
             let reading = Reading::of(Some(&as_fitted), device.scanner, true, CalibrationChoice::OfRig)?;
             witness.watch(&device.id, reading.pipeline);
-            spec.scanners.push(scanner(device, folder));
         }
         let desks = Desks::default();
         let sprayer = scenario.sprayer.as_ref().map(|spec| {

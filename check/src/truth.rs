@@ -3,7 +3,8 @@
 use rowscan_canopy::Estimate;
 use rowscan_emulator::stage::Stage;
 
-/// Ways so near to each other are the same: scans are delivered a little after they were made.
+/// A way differs by what it differs more than this, relative: scans are delivered a little after they were made. Nothing jumps there, so a way near it gets the
+/// same verdict each time.
 const SAME_WAY: f64 = 0.02;
 
 /// A net way that is less says nothing of what was passed, metres.
@@ -56,7 +57,8 @@ impl Trees {
             Some((by_estimate, way_m)) => (by_estimate / way_m).abs(),
             None => 1.0,
         };
-        let times = if (times - 1.0).abs() > SAME_WAY { times } else { 1.0 };
+        let apart = times - 1.0;
+        let times = 1.0 + apart - apart.clamp(-SAME_WAY, SAME_WAY);
         (real_m2 > 0.0).then(|| (times * found_m2 - real_m2) / real_m2)
     }
 }

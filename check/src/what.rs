@@ -180,13 +180,13 @@ pub const WHATS: &[What] = &[
     What {
         name: "leaf_area_error",
         keys: MEASURE,
-        tells: "(estimate − truth) / truth of the leaf area, summed over the trees scanned from end to end, times the estimate's way over the one driven where they differ by more than 2 %; truth by cell",
+        tells: "(estimate − truth) / truth of the leaf area, summed over the trees scanned from end to end, times the estimate's way over the one driven, less the first 2 % of what they differ; truth by cell",
         kind: Kind::Measure(Measure::LeafAreaError),
     },
     What {
         name: "fault_acts",
         keys: &["of", "equals", "above", "below", "between"],
-        tells: "telegrams, connections or values of a sweep that a fault has acted on; of one that acts on bytes, refuses connections or changes the device's answers, how often it began, whether anybody asked or not",
+        tells: "telegrams, connections or values of a sweep that a fault has acted on; of one that acts on bytes or datagrams, refuses connections or changes the device's answers, how often it began, whether anybody asked or not",
         kind: Kind::FaultActs,
     },
     What {

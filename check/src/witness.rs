@@ -53,6 +53,10 @@ pub(crate) struct Stream {
     segments_lost: Option<u64>,
     /// Scans that the device made after the last delivered one, once the run has reached its end.
     lost_at_end: u64,
+    /// How often the device had begun to count anew before the first scan that was delivered.
+    anew_before: Option<u64>,
+    /// How often it has begun to count anew, and nothing that was delivered told it.
+    anew_unseen: u64,
     /// Telegrams that went out before the first one that was delivered.
     lost_before: u64,
     /// How long in the drive nobody took the device's scans, and how long it was so at the end; none where it does not tell.
@@ -104,6 +108,8 @@ impl Stream {
             datagrams: None,
             segments_lost: None,
             lost_at_end: 0,
+            anew_before: None,
+            anew_unseen: 0,
             lost_before: 0,
             unheard: None,
             scan_times: Vec::new(),
@@ -129,7 +135,7 @@ impl Stream {
         Counts {
             scans: self.counting.scans,
             scans_lost: self.counting.lost + self.lost_at_end + self.lost_before,
-            untold: self.counting.untold(),
+            untold: self.counting.untold() + self.anew_unseen,
             scans_repeated: self.counting.repeated,
             segments_lost: self.segments_lost.unwrap_or_default(),
             telegrams_bad: self.bad,
@@ -171,6 +177,9 @@ impl Stream {
             self.not_sent = not_sent;
             self.not_sent_before.get_or_insert(self.not_sent);
         }
+        if self.anew_before.is_none() {
+            self.anew_before = self.device_counts().and_then(|counts| counts.numbered_anew);
+        }
         match self.taker {
             Some((BY_DATAGRAMS, _)) => self.last_turn = Some(scan.scan_counter),
             _ => {
@@ -208,6 +217,11 @@ impl Stream {
         }
         if let Some(not_sent) = counts.scans_not_sent().filter(|_| self.device_tells()) {
             self.not_sent = not_sent;
+        }
+        let anew = counts.numbered_anew.zip(self.anew_before).map(|(all, before)| all.saturating_sub(before));
+        self.anew_unseen = anew.unwrap_or_default().saturating_sub(self.counting.untold());
+        if self.anew_unseen > 0 {
+            return;
         }
         let by_datagrams = self.taker.is_some_and(|(taker, _)| taker == BY_DATAGRAMS);
         self.lost_at_end = match counts.datagrams.filter(|_| by_datagrams) {

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::rig::Rig;
 use rowscan_recording::{About, Format, Recording, streams_with_scans};
 
 use crate::Source;
@@ -33,8 +34,14 @@ impl Source {
     /// Which of its rig's scanners, from 0, the stream that is read is of, by its recording, which is open already; `None` where that does not say.
     pub fn mount_in(&self, recording: &Recording) -> Option<usize> {
         let Self::Recording { path, stream } = self else { return None };
-        let mounts = &recording.about().mounts;
-        mounts.get(&read_stream(path, stream.as_ref(), recording, !mounts.is_empty())?).copied()
+        let about = recording.about();
+        about.mount_of(&read_stream(path, stream.as_ref(), recording, !about.mounts.is_empty())?)
+    }
+
+    /// Which of this rig's scanners, from 0, its recording says that it is of; `None` of live scanners, and where the recording does not say or the rig has
+    /// none such.
+    pub fn mount_on(&self, rig: &Rig) -> Option<usize> {
+        self.mount_in(&self.peek()?).filter(|mount| *mount < rig.scanners.len())
     }
 
     /// The model that such a recording is read as: the one it names. Of several that it can be, that of the rig if it is one of them, else the first.

@@ -29,6 +29,8 @@ pub struct ScannerCounts {
     pub scans_unheard: Option<u64>,
     /// The number in the last scan telegram that was measured, taken or not.
     pub last_counter: Option<u16>,
+    /// How often it has begun to number its scan telegrams anew, as after a power cycle.
+    pub numbered_anew: Option<u64>,
     /// The number in the first scan telegram that went out to a taker.
     pub first_taken: Option<u16>,
     /// How long in the drive it measured and nobody took scans.
@@ -71,6 +73,7 @@ impl From<EmulatorCounts> for ScannerCounts {
             scans_missed: Some(counts.scans_missed),
             scans_unheard: Some(counts.scans_unheard),
             last_counter: counts.last_counter,
+            numbered_anew: Some(counts.numbered_anew),
             first_taken: counts.first_taken,
             unheard: Some(counts.unheard),
             silence: Some(counts.silence),

@@ -121,7 +121,7 @@ impl MirrorSource {
             return false;
         };
         self.last_scan = Some(LastScan { at, telegram_counter: Some(telegram.counter()) });
-        self.shared.counts.numbered.store(u32::from(telegram.counter()) + 1, Ordering::Relaxed);
+        self.shared.counts.number(telegram.counter());
         if !self.audience.is_empty() {
             let number = u32::from(telegram.counter()) + 1;
             // Only the first one stays.

@@ -310,7 +310,7 @@ impl Rig {
         self.timeline.sources.extend(self.faults.take().map(Source::Faults));
         // Sources due at one instant fire in this order, however they were added.
         self.timeline.sources.sort_by_key(Source::rank);
-        Running::new(self.timeline.run())
+        Running::new(self.timeline)
     }
 }
 

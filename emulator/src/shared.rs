@@ -137,6 +137,8 @@ pub(crate) struct Counts {
     pub(crate) silence_ns: AtomicU64,
     /// One more than the number in the last scan telegram; 0 before the first.
     pub(crate) numbered: AtomicU32,
+    /// How often a scan telegram's number did not follow on the one before.
+    pub(crate) numbered_anew: AtomicU64,
     /// One more than the number in the first scan telegram that somebody took; 0 before it.
     pub(crate) first_taken: AtomicU32,
     pub(crate) refused: Tally,
@@ -159,6 +161,8 @@ pub struct EmulatorCounts {
     pub scans_unheard: u64,
     /// The number in the last scan telegram that was measured, taken or not.
     pub last_counter: Option<u16>,
+    /// How often it has begun to number its scan telegrams anew, as after a power cycle.
+    pub numbered_anew: u64,
     /// The number in the first scan telegram that went out to a taker.
     pub first_taken: Option<u16>,
     /// How long in the drive nobody took scans, or a request had stopped the device.
@@ -181,6 +185,13 @@ fn number_in(kept: &AtomicU32) -> Option<u16> {
 }
 
 impl Counts {
+    /// A scan telegram of this number was measured.
+    pub(crate) fn number(&self, counter: u16) {
+        let last = self.numbered.swap(u32::from(counter) + 1, Ordering::Relaxed).checked_sub(1);
+        let follows = last.is_none_or(|last| counter.wrapping_sub(last as u16) < 0x8000);
+        self.numbered_anew.fetch_add(u64::from(!follows), Ordering::Relaxed);
+    }
+
     pub(crate) fn so_far(&self) -> EmulatorCounts {
         EmulatorCounts {
             scans_sent: self.sent.load(Ordering::Relaxed),
@@ -189,6 +200,7 @@ impl Counts {
             scans_missed: self.missed.load(Ordering::Relaxed),
             scans_unheard: self.unheard.load(Ordering::Relaxed),
             last_counter: number_in(&self.numbered),
+            numbered_anew: self.numbered_anew.load(Ordering::Relaxed),
             first_taken: number_in(&self.first_taken),
             unheard: Duration::from_nanos(self.unheard_ns.load(Ordering::Relaxed)),
             silence: Duration::from_nanos(self.silence_ns.load(Ordering::Relaxed)),

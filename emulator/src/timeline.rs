@@ -76,7 +76,7 @@ pub(crate) struct Timeline {
 
 impl Timeline {
     /// Runs until its end, if it has one, or until a step is not acknowledged.
-    pub(crate) async fn run(mut self) -> Result<(), LockstepError> {
+    pub(crate) async fn run(&mut self) -> Result<(), LockstepError> {
         self.wire_lockstep();
         let (clock, changed) = (Arc::clone(&self.clock), Arc::clone(&self.changed));
         let joined = self.lockstep.as_ref().map(Lockstep::joined).unwrap_or_default();

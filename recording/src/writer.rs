@@ -112,12 +112,17 @@ impl About {
 
     /// The model of this stream: the one that is told of it, else the only one that is told at all.
     pub fn model_of(&self, stream: &str) -> Option<&str> {
-        self.models.get(stream).map(String::as_str).or_else(|| self.only_model())
+        told_of(&self.models, stream).map(String::as_str).or_else(|| self.only_model())
+    }
+
+    /// Which of the rig's scanners this stream is of, from 0.
+    pub fn mount_of(&self, stream: &str) -> Option<usize> {
+        told_of(&self.mounts, stream).copied()
     }
 
     /// The models that this stream's scanner can be: one where it is known, none where nothing is.
     pub fn candidates_of(&self, stream: &str) -> Vec<&str> {
-        match (self.model_of(stream), self.candidates.get(stream)) {
+        match (self.model_of(stream), told_of(&self.candidates, stream)) {
             (Some(model), _) => vec![model],
             (None, Some(candidates)) => candidates.split(',').map(str::trim).collect(),
             (None, None) => Vec::new(),
@@ -172,6 +177,15 @@ impl About {
             program: text("program"),
         }
     }
+}
+
+/// What is told of this stream, else of the one whose scanner it is of again: a later client's stream has a number behind the name.
+fn told_of<'a, T>(told: &'a BTreeMap<String, T>, stream: &str) -> Option<&'a T> {
+    let again = || {
+        let (first, number) = stream.rsplit_once('-')?;
+        number.parse::<u64>().ok().and_then(|_| told.get(first))
+    };
+    told.get(stream).or_else(again)
 }
 
 /// What is written beside the raw bytes, for programs that do not know CoLa.

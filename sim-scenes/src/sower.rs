@@ -22,7 +22,7 @@ const TRIES: u32 = 64;
 const MOST_ADDED: usize = 50;
 
 /// Times its own leaves that a tree's own wood may be given.
-const MOST_ON_OWN_WOOD: usize = 3;
+const MOST_ON_OWN_WOOD: usize = 1;
 
 /// An added shoot: length and radius in metres, number of leaves, and the least and greatest angle to its bearer, degrees.
 const SHOOT_M: f64 = 0.3;

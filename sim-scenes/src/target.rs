@@ -21,7 +21,7 @@ pub struct Adjustment {
     pub reached_lai: f64,
     /// Leaves taken away.
     pub leaves_thinned: usize,
-    /// Leaves added: copies of the tree's own, turned, on its own thin wood; of a tree with four times its own leaves, on shoots that are added too.
+    /// Leaves added: copies of the tree's own, turned, on its own thin wood; of a tree with twice its own leaves, on shoots that are added too.
     pub leaves_seeded: usize,
 }
 

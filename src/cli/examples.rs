@@ -155,7 +155,7 @@ pub const EXAMPLES: &[Examples] = &[
         "accuracy",
         [
             "rowscan study calibration my-row.toml --output my-row-calibration.toml",
-            "rowscan study calibration spindle --seeds 1..20 --lai 1..3",
+            "rowscan study calibration spindle --seeds 101..120 --lai 1..3",
         ],
     ),
     of(

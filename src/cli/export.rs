@@ -30,9 +30,9 @@ pub(super) struct Args {
     /// The rig that places the points in the row; without it they lie in the scanner's plane
     #[arg(long, value_name = "RIG")]
     rig: Option<String>,
-    /// The rig's scanner this is, from 0
-    #[arg(long, value_name = "N", default_value_t = 0, requires = "rig")]
-    scanner: usize,
+    /// The rig's scanner this is, from 0; otherwise the one that the recording says, else the first
+    #[arg(long, value_name = "N", requires = "rig")]
+    scanner: Option<usize>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -110,12 +110,14 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
         None => (None, None),
     };
     let alley = scene.and_then(|scene| scene.drive.alley);
-    if let Some(found) = rig.as_ref().map(|rig| rig.scanners.len()).filter(|found| args.scanner >= *found) {
-        return Err(StageError::from(ViewError::NoSuchScanner { index: args.scanner, found }).into());
+    let recorded = || args.file.mount_on(rig.as_ref()?);
+    let index = args.scanner.or_else(recorded).unwrap_or_default();
+    if let Some(found) = rig.as_ref().map(|rig| rig.scanners.len()).filter(|found| index >= *found) {
+        return Err(StageError::from(ViewError::NoSuchScanner { index, found }).into());
     }
     let mut rows: Box<dyn Rows> = match args.what {
-        What::Points => Box::new(PointRows::new(Placing::new(rig, args.scanner, alley))),
-        What::Shots => Box::new(ShotRows::new(Placing::new(rig, args.scanner, alley))),
+        What::Points => Box::new(PointRows::new(Placing::new(rig, index, alley))),
+        What::Shots => Box::new(ShotRows::new(Placing::new(rig, index, alley))),
         What::Scans => Box::new(ScanRows::new(args.file.recorded_model())),
     };
     let mut scanner = Scanner::open(&args.file, DriverConfig::default()).await?;

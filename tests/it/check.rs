@@ -100,6 +100,66 @@ fn a_controller_that_reads_nothing_takes_no_scans() {
     assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
 }
 
+/// What was lost while a scanner began to count anew nobody can tell, whether its controller comes back or not: with the run's other half gone it was 0.
+#[test]
+fn scans_lost_are_unknown_once_the_device_counts_anew_and_nobody_is_there() {
+    if !has_python() {
+        return;
+    }
+    let (folder, path) = of_base("", "");
+    let program = "import socket, sys, time\nhost, port = sys.argv[1].split(':')\nlink = socket.create_connection((host, int(port)))\n\
+        link.sendall(b'\\x02sEN LMDscandata 1\\x03')\nprint('connected', flush=True)\nwhile link.recv(65536):\n    pass\ntime.sleep(60)\n";
+    std::fs::write(folder.path().join("client.py"), program).expect("written");
+    let check = |fault: &str, expects: &str| {
+        let written = format!(
+            "version = 1\nscene = \"spindle\"\nend = {{ s = 3 }}\nclock = {{ mode = \"lockstep\", ack = {{ sut = \"idle\" }} }}\n\
+             fault = [{fault}]\nexpect = [{expects}, {{ what = \"unheard_s\", below = 4 }}]\n[[device]]\nid = \"left\"\nmodel = \"lms111\"\n[[run]]\nid = \"sut\"\n\
+             command = [\"python3\", \"{{scenario}}/client.py\", \"{{left.tcp}}\"]\nready = {{ line = \"connected\" }}\n"
+        );
+        std::fs::write(&path, written).expect("written");
+        run(&["check", text(&path)])
+    };
+    let power = |at_s: f64| {
+        format!("{{ id = \"off\", name = \"power\", at = {{ s = {at_s} }}, for = {{ s = 0.04 }} }}")
+    };
+    // The new numbers are smaller than the old ones, and larger.
+    for at_s in [1.5, 0.5] {
+        let ended = check(&power(at_s), "{ what = \"scans_lost\", below = 1000 }");
+        assert_eq!(ended.code, Some(2), "{at_s}: {}{}", ended.stdout, ended.stderr);
+        assert_says(&ended.stdout, &["scans_lost of left: unknown", "began to count anew"]);
+        let before = "{ what = \"scans_lost\", between = [\"left.first_scan\", \"off\"], equals = 0 }";
+        let ended = check(&power(at_s), before);
+        assert_eq!(ended.code, Some(0), "{at_s}: {}{}", ended.stdout, ended.stderr);
+    }
+    // A cut cable lets the device count on: then all that came after is lost.
+    let cut = "{ id = \"off\", name = \"fin\", at = { s = 1 } }";
+    let ended = check(cut, "{ what = \"scans_lost\", above = 90 }");
+    assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
+}
+
+/// A line that is cut because the run is over has no bad telegram on it, and a kept run says which model its device is.
+#[test]
+fn a_serial_scanner_is_cut_off_by_no_end_and_its_kept_run_knows_its_model() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("serial.toml");
+    let written = "version = 1\nscene = \"spindle\"\nclock = { mode = \"paced\", scale = 3 }\nend = { s = 2.1 }\n\
+        [[device]]\nid = \"d\"\nmodel = \"lms200\"\n[[run]]\nid = \"sut\"\n\
+        command = [\"{rowscan}\", \"estimate\", \"serial:{d.path}\", \"--rig\", \"spindle\", \"--model\", \"lms200\", \"--format\", \"json\"]\n\
+        ready = { line = \"connected\" }\n[[expect]]\nwhat = \"telegrams_bad\"\nequals = 0\n";
+    std::fs::write(&path, written).expect("written");
+    let kept = folder.path().join("kept");
+    // Sooner or later the end falls inside a telegram.
+    for _ in 0..2 {
+        let ended = run(&["check", text(&path), "--keep", text(&kept)]);
+        assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
+    }
+    let mut runs = std::fs::read_dir(kept.join("01-serial")).expect("kept").flatten();
+    let file = runs.next().expect("a run").path().join("run.mcap");
+    let ended = run(&["record", "--info", text(&file), "--format", "json"]);
+    let told: serde_json::Value = serde_json::from_str(&ended.stdout).expect("JSON");
+    assert_eq!((told["model"].as_str(), told["mounts"]["d"].as_u64()), (Some("lms200"), Some(0)), "{told}");
+}
+
 /// An encoder whose wheels slip counts trees that are none: what it makes of the leaf area shows, as it does in the row's.
 #[test]
 fn a_way_that_was_not_driven_shows_in_the_leaf_areas_error() {

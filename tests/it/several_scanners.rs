@@ -246,6 +246,59 @@ fn each_stream_of_a_recording_is_read_by_its_own_model() {
     assert_ne!(live, estimate(&of(&twin), &right), "a wrong model is not the same");
 }
 
+/// The rig's second scanner alone, and both: `export` and `estimate` place each stream by the mount that its recording names, as they do by `--scanner`.
+#[test]
+fn a_stream_lies_where_its_own_scanner_sits() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let scene = path("scene.toml");
+    let two = "version = 2\n[orchard]\npreset = \"spindle\"\ntrees = 3\n[[rig.scanner]]\nmodel = \"lms111\"\nheight_m = 1.5\n\
+        [[rig.scanner]]\nmodel = \"lms111\"\nheight_m = 1.8\ndistance_m = 2.3\noffset_y_m = 0.4\n";
+    std::fs::write(&scene, two).expect("written");
+    for scanners in [vec![1], vec![0, 1], vec![1, 0]] {
+        let file = path(&format!("{scanners:?}.mcap"));
+        let numbers: Vec<String> = scanners.iter().map(ToString::to_string).collect();
+        let asked: Vec<&str> = numbers.iter().flat_map(|number| ["--scanner", number]).collect();
+        let tcp = ["--tcp", "127.0.0.1:0"].repeat(scanners.len());
+        let flags = ["--time-scale", "max", "--record", &file];
+        let (child, places) =
+            listening("emulate", &[&[scene.as_str()], &asked[..], &tcp, &flags].concat(), scanners.len());
+        let emulator = Emulator { child, address: String::new() };
+        let sources: Vec<String> = places
+            .iter()
+            .map(|place| format!("tcp://{}", place["address"].as_str().expect("an address")))
+            .collect();
+        let sources: Vec<&str> = sources.iter().map(String::as_str).collect();
+        let live = run(&[&["estimate"], &sources[..], &["--rig", &scene, "--scans", "40"], &asked].concat());
+        assert!(live.code.is_some(), "{}", live.stderr);
+        emulator.end();
+        let info = run(&["record", "--info", &file, "--format", "json"]);
+        let told: Value = serde_json::from_str(&info.stdout).expect("JSON");
+        let streams = told["streams"].as_array().expect("streams");
+        for (stream, mount) in told["mounts"].as_object().expect("mounts") {
+            assert!(streams.iter().any(|known| known["stream"] == stream.as_str()), "{stream}: {told}");
+            let source = format!("{file}#{stream}");
+            let table = |flags: &[&str]| {
+                let to = path("points.csv");
+                let ended =
+                    run(&[&["export", &source, "--to", "csv", "-o", &to, "--rig", &scene], flags].concat());
+                assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+                std::fs::read_to_string(to).expect("written")
+            };
+            let (own, other) = (mount.to_string(), (1 - mount.as_u64().expect("one of two")).to_string());
+            assert_eq!(table(&[]), table(&["--scanner", &own]), "{stream} of {scanners:?}");
+            assert_ne!(table(&[]), table(&["--scanner", &other]), "{stream} of {scanners:?}");
+            let estimate = |flags: &[&str]| {
+                let ended =
+                    run(&[&["estimate", &source, "--rig", &scene, "--format", "json"], flags].concat());
+                let told: Value = serde_json::from_str(&ended.stdout).expect("JSON");
+                told["impacted_total_area_m2"].clone()
+            };
+            assert_eq!(estimate(&[]), estimate(&["--scanner", &own]), "{stream} of {scanners:?}");
+        }
+    }
+}
+
 /// What an emulator whose beams are told on its command line says of how to estimate it, run as it stands; with the flags before the source left out where
 /// `leave_out` says so.
 fn by_its_hint(optics: &str, leave_out: Option<&str>) -> Value {

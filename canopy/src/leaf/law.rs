@@ -274,6 +274,15 @@ impl<'a> Law<'a> {
         self.row_ranged().best().known().map(|_| clumping * factor)
     }
 
+    /// By how much the row's impacted area a metre lies beyond those of the calibration's rows: the logarithm of its ratio to the largest. `None` of a row among
+    /// them.
+    pub(crate) fn beyond_outline(&self) -> Option<f64> {
+        let calibration = self.calibration?;
+        let most_m2_per_m = calibration.quality(calibration.best_regression()).high_m2_per_m;
+        let beyond = self.row.impacted_m2 / self.row.length_m / most_m2_per_m;
+        Some(beyond.ln()).filter(|beyond| *beyond > 0.0 && beyond.is_finite())
+    }
+
     /// How the row's leaves stand, and what is made of it; `None` of rays, and where nothing was hit.
     pub(crate) fn measured_clumping(&self) -> Option<Clumping> {
         self.clumping

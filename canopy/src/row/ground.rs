@@ -78,6 +78,11 @@ impl Row {
         self.across.elsewhere().filter(|faces| matters || faces.far_m > gate_m)
     }
 
+    /// Share of the canopy's returns that grass and weeds in the alley are; `None` where it is small.
+    pub(crate) fn growth_in_alley(&self) -> Option<f64> {
+        self.across.growth_in_alley()
+    }
+
     /// Share of the canopy that stands where the scanner drives; `None` where it is small.
     pub(crate) fn at_scanner(&self) -> Option<f64> {
         self.across.at_scanner(self.frame.distance_m)

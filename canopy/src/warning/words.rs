@@ -416,6 +416,12 @@ impl fmt::Display for Warning {
                  mount's `roll_deg` or `height_m`, or, where the ground slopes, the rig's `ground_slope_deg`",
                 100.0 * share
             ),
+            Self::GrowthInAlley { share, clearance_m } => write!(
+                f,
+                "{:.0} % of the returns that count as canopy stand low in the alley, before the crowns, as grass and weeds do: they count as leaves, and the interval reaches down to what it would be \
+                 without them; mow, or raise `ground_clearance_m`, {clearance_m} m, above them",
+                100.0 * share
+            ),
             Self::BeforeRow { before_m } => write!(
                 f,
                 "{before_m:.1} m before the row's start were scanned and count in the totals; a virtual orchard repeats its row, so its last trees \

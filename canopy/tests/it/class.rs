@@ -121,6 +121,31 @@ fn every_key_outside_the_class_is_warned_of_and_none_inside() {
     }
 }
 
+/// A row whose impacted area a metre lies beyond all that the calibration was fitted on is taller or wider open than they were: its interval is wider, by how
+/// far, and the number is the same.
+#[test]
+fn a_row_larger_than_all_that_were_fitted_has_a_wider_interval() {
+    let fitted_up_to = |times: f64| {
+        let mut calibration = calibration(canopy());
+        let found = told(Some(calibration.clone()), Some(row_class()));
+        let found_m2_per_m = found.impacted_total_area_m2.expect("known") / found.scanned_m.expect("driven");
+        for quality in [&mut calibration.linear.quality, &mut calibration.power.quality] {
+            quality.high_m2_per_m = times * found_m2_per_m;
+        }
+        told(Some(calibration), Some(row_class()))
+    };
+    let (among, beyond, far) = (fitted_up_to(1.01), fitted_up_to(0.9), fitted_up_to(0.8));
+    let outline = |estimate: &Estimate| estimate.leaf.uncertainty.expect("told").outline;
+    assert_eq!(outline(&among), None);
+    for (estimate, times) in [(&beyond, 0.9_f64), (&far, 0.8)] {
+        let sd = outline(estimate).expect("beyond");
+        assert!((sd + 0.6 * times.ln()).abs() < 1e-6, "{times}: {sd}");
+        assert_eq!(estimate.leaf.areas.best_m2(), among.leaf.areas.best_m2());
+    }
+    let width = |estimate: &Estimate| estimate.leaf.interval_m2.map(|[low, high]| (high / low).ln());
+    assert!(width(&far) > width(&beyond) && width(&beyond) > width(&among), "{:?}", width(&far));
+}
+
 #[test]
 fn a_calibration_made_from_elsewhere_is_warned_of_and_widens_the_interval() {
     type Place = fn(&mut CalibrationClass, Option<f64>);

@@ -113,6 +113,11 @@ fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Res
         .due(due, *begin),
         None if ended < due => return Err(past_end(name, due, ended)),
         None => {
+            // It holds still, and nobody knows for how long it would have.
+            let is_open = |(begin, end): &&(SimTime, SimTime)| *end == ended && in_time(*begin, due);
+            if let Some((begin, _)) = stretches.last().filter(is_open) {
+                return Err(past_end(name, seconds_after(*begin, long.unwrap_or_default()), ended));
+            }
             let last = course.0.last().copied();
             Judged::holds(
                 false,

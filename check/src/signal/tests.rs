@@ -121,7 +121,10 @@ fn a_value_within_a_time_for_a_time_always_and_never() {
         ("equals = 1, after = \"early\", for_s = 0.75", Failed),
         ("equals = 1, after = \"early\", for_s = 2", Error),
         ("equals = 0, after = \"late\", within_s = 0.2, for_s = 0.15", Passed),
-        ("equals = 0, after = \"late\", within_s = 0.2, for_s = 0.5", Failed),
+        ("equals = 0, after = \"late\", within_s = 0.2, for_s = 0.5", Error),
+        // It begins too late, or does not last.
+        ("equals = 0, after = \"late\", within_s = 0.05, for_s = 0.5", Failed),
+        ("equals = 1, after = \"early\", within_s = 0.1, for_s = 0.75", Failed),
         ("equals = 0, after = \"late\"", Failed),
         ("above = -1", Passed),
         ("equals = 0, never = true, after = \"early\"", Failed),

@@ -7,6 +7,9 @@ use crate::growth::markov::State;
 /// How many times the leaf area index that grows may be asked for without a word.
 pub(crate) const MOST_COPIES: f64 = 3.0;
 
+/// Rows of fewer distinct trees are told: their mean is off by what single trees are off by.
+pub(crate) const FEWEST_TREES: u32 = 6;
+
 /// Something to tell the user about an orchard.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Remark {
@@ -37,6 +40,11 @@ pub enum Remark {
         /// Of the orchard as it grew.
         grown_lai: f64,
     },
+    /// The trees of all rows are copies of a few.
+    FewTrees {
+        /// How many differ.
+        distinct_trees: u32,
+    },
     /// Faces without area were left out.
     NoArea {
         /// The file.
@@ -61,6 +69,10 @@ impl fmt::Display for Remark {
             Self::Copies { target_lai, grown_lai } => write!(
                 f,
                 "orchard.target_lai: expected at most {MOST_COPIES} times what grows, {grown_lai:.2}, found {target_lai}: most leaves are copies, on the same thin wood and on added shoots, closer together than trees have them, and estimates of such rows may be half the truth, outside of their interval; lower it, or take larger trees (another preset; of `hmt` more `tree.iterations`)"
+            ),
+            Self::FewTrees { distinct_trees } => write!(
+                f,
+                "orchard.distinct_trees: expected {FEWEST_TREES} or more, or 0, found {distinct_trees}: rows of copies differ from their calibration by as much as single trees do, 8 to 12 %, and look even: estimates of such rows may lie outside of their interval"
             ),
             Self::NoArea { path, faces, first } => {
                 write!(f, "{path}: {faces} faces without area were left out; the first at {first}")

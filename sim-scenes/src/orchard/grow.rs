@@ -5,6 +5,7 @@ use super::parameters::OrchardParameters;
 use crate::generator::error::GrowError;
 use crate::generator::plant::{Planted, plant};
 use crate::generator::planting::Planting;
+use crate::generator::remark::{FEWEST_TREES, Remark};
 use crate::ground::{self, Relief};
 use crate::placement::Placement;
 use crate::seed::Purpose;
@@ -52,8 +53,10 @@ impl Orchard {
         for (tree, _) in &places {
             copies[*tree] += 1;
         }
-        let Planted { trees, supports, adjustment, foliage, remarks } =
+        let Planted { trees, supports, adjustment, foliage, mut remarks } =
             plant(parameters, seed, &plantings, &copies, progress)?;
+        let is_few = (1..FEWEST_TREES.min(layout.trees)).contains(&layout.distinct_trees);
+        remarks.extend(is_few.then_some(Remark::FewTrees { distinct_trees: layout.distinct_trees }));
         // Posts and wires follow the slope from row to row.
         let on_slope =
             |support: Support| support.translated([0.0, 0.0, relief.slope_m(support.shape.base()[0])]);

@@ -38,13 +38,14 @@ fn a_target_is_reached_by_thinning_and_by_adding_and_it_is_said() {
         // Nothing is added outside the envelope, and wood stays as it grew.
         let inside = |v: &[f64; 3]| v[0].abs() <= 1.05 + 1e-9 && (0.6 - 1e-9..=3.0 + 1e-9).contains(&v[2]);
         assert!(orchard.trees().all(|tree| tree.leaves.iter().flat_map(|leaf| leaf.outline()).all(inside)));
-        assert_eq!(truth.wood_area_m2, grown.wood_area_m2);
+        // Up to twice its own leaves a tree's own wood bears them.
+        assert_eq!(truth.wood_area_m2 == grown.wood_area_m2, factor <= 2.0, "{factor}");
         assert_eq!(orchard.foliage().unwrap().older_share, 0.0, "no leaf is added on old wood");
     }
 }
 
 #[test]
-fn leaves_beyond_four_times_a_trees_own_stand_on_shoots_that_are_added() {
+fn leaves_beyond_twice_a_trees_own_stand_on_shoots_that_are_added() {
     let natural = grow(&spindle(None));
     let of = |factor: f64| grow(&spindle(Some(factor * natural.truth().lai.unwrap())));
     let wood = |orchard: &Orchard| orchard.count(|tree| tree.wood.len());
@@ -57,15 +58,15 @@ fn leaves_beyond_four_times_a_trees_own_stand_on_shoots_that_are_added() {
             .collect::<BTreeSet<_>>()
             .len()
     };
-    let (three, eight) = (of(3.0), of(8.0));
-    assert_eq!(wood(&three), wood(&natural));
+    let (fewer, eight) = (of(1.8), of(8.0));
+    assert_eq!(wood(&fewer), wood(&natural));
     let leaves = natural.count(|tree| tree.leaves.len());
     let shoots = wood(&eight) - wood(&natural);
-    let on_shoots = eight.count(|tree| tree.leaves.len()) - 4 * leaves;
+    let on_shoots = eight.count(|tree| tree.leaves.len()) - 2 * leaves;
     // Twelve a shoot; the least tree of four has its shoots earlier.
     let expected = on_shoots as f64 / 12.0;
     assert!((0.98 * expected..1.25 * expected).contains(&(shoots as f64)), "{shoots} {expected}");
-    assert!(cells(&eight) as f64 > 1.3 * cells(&three) as f64, "{} {}", cells(&eight), cells(&three));
+    assert!(cells(&eight) as f64 > 1.5 * cells(&fewer) as f64, "{} {}", cells(&eight), cells(&fewer));
     let inside = |v: &[f64; 3]| v[0].abs() <= 1.05 + 1e-9 && (0.6 - 1e-9..=3.0 + 1e-9).contains(&v[2]);
     let ends = |tree: &rowscan_scenes::Tree| -> Vec<[f64; 3]> {
         tree.wood
@@ -116,4 +117,25 @@ fn seasons_rise_from_bare_to_full() {
     assert_eq!(areas[0], 0.0);
     assert!(areas[..6].windows(2).all(|pair| pair[0] < pair[1]), "{areas:?}");
     assert!(areas[6] < areas[5], "leaves fall");
+}
+
+/// Rows of copies are as far off as single trees, and look even.
+#[test]
+fn rows_of_a_few_distinct_trees_are_told() {
+    let told = |distinct_trees: u32, trees: u32| {
+        let parameters = OrchardParameters {
+            distinct_trees: Some(distinct_trees),
+            trees: Some(trees),
+            ..OrchardParameters::of(Preset::Spindle)
+        };
+        grow(&parameters).remarks().iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    for (distinct_trees, trees) in [(0, 8), (6, 8), (3, 3), (1, 1)] {
+        assert_eq!(told(distinct_trees, trees), Vec::<String>::new(), "{distinct_trees} of {trees}");
+    }
+    for (distinct_trees, trees) in [(1, 8), (5, 8), (1, 2)] {
+        let told = told(distinct_trees, trees);
+        let expected = format!("orchard.distinct_trees: expected 6 or more, or 0, found {distinct_trees}");
+        assert!(matches!(told.as_slice(), [one] if one.starts_with(&expected)), "{told:?}");
+    }
 }

@@ -67,13 +67,13 @@ impl Scanners<'_> {
         let mounted = rig.scanners.len();
         let mut scanners = self.in_order(sources.len());
         for (source, scanner) in sources.iter().zip(&mut scanners) {
-            let recorded = source.peek().and_then(|recording| source.mount_in(&recording));
+            let recorded = source.mount_on(rig);
             if recorded.is_none() && is_kept && mounted > sources.len() {
                 return Err(Failure::Usage(format!(
                     "the kept rig has {mounted} scanners, and {source} does not say which of them it is: say it with --scanner, from 0"
                 )));
             }
-            *scanner = recorded.filter(|mount| *mount < mounted).unwrap_or(*scanner);
+            *scanner = recorded.unwrap_or(*scanner);
         }
         Ok(scanners)
     }

@@ -25,9 +25,9 @@ pub(in crate::cli) struct Args {
     /// Where the scanner sat and how fast it drove: a rig file, a scene file or a built-in scene's name
     #[arg(long, value_name = "RIG")]
     rig: String,
-    /// The rig's scanner that was used, from 0
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    scanner: usize,
+    /// The rig's scanner that was used, from 0; otherwise the one that each recording says, else the first
+    #[arg(long, value_name = "N")]
+    scanner: Option<usize>,
     /// A calibration whose class the new one gets, instead of the rig's own: a file, a shipped one's name, or a class (`spindle`)
     #[arg(long, value_name = "NAME")]
     calibration: Option<String>,
@@ -51,10 +51,9 @@ pub(in crate::cli) struct Args {
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let (rig, _) = files::load_rig(&args.rig, say)?;
     let found = rig.scanners.len();
-    if args.scanner >= found {
+    if let Some(scanner) = args.scanner.filter(|scanner| *scanner >= found) {
         return Err(Failure::Usage(format!(
-            "--scanner: the rig has {found} scanners, counted from 0; found {}",
-            args.scanner
+            "--scanner: the rig has {found} scanners, counted from 0; found {scanner}"
         )));
     }
     match &args.sheet {
@@ -68,11 +67,12 @@ async fn calibrate(args: &Args, rig: &Rig, sheet: &Path) -> Result<Outcome, Fail
     let text = rowscan_files::read_text(sheet).map_err(|cause| told(&cause))?;
     let measured = field::read(&text).map_err(|cause| told(&cause))?;
     args.output.as_deref().map_or(Ok(()), output::can_be_written)?;
-    let nearest = class(args, rig)?;
     let folder = sheet.parent().unwrap_or(Path::new(""));
     let mut recordings: Vec<&str> = measured.iter().map(|piece| piece.recording.as_str()).collect();
     recordings.sort_unstable();
     recordings.dedup();
+    let first = recordings.first().map(|recording| recorded(&folder.join(recording))).transpose()?;
+    let nearest = class(args, rig, first.map_or(0, |first| scanner_of(args, rig, &first)))?;
     let bar = progress::bar("reading", "recordings", recordings.len() as u64);
     let mut scanned: Vec<(u64, ScannedPiece)> = Vec::new();
     let mut rows = Vec::new();
@@ -110,15 +110,27 @@ async fn calibrate(args: &Args, rig: &Rig, sheet: &Path) -> Result<Outcome, Fail
     Ok(Outcome::Done)
 }
 
-/// What the scans of a recording tell.
-async fn estimate(args: &Args, rig: &Rig, path: &Path) -> Result<Estimate, Failure> {
+/// The recording of that name.
+fn recorded(path: &Path) -> Result<Source, Failure> {
     let source: Source =
         path.to_string_lossy().parse().map_err(|cause| Failure::Usage(format!("{cause}")))?;
     if source.file().is_none() {
         return Err(Failure::Usage(format!("{source} is live: `rowscan record` it first")));
     }
+    Ok(source)
+}
+
+/// Which of the rig's scanners a recording is of.
+fn scanner_of(args: &Args, rig: &Rig, source: &Source) -> usize {
+    args.scanner.or_else(|| source.mount_on(rig)).unwrap_or_default()
+}
+
+/// What the scans of a recording tell.
+async fn estimate(args: &Args, rig: &Rig, path: &Path) -> Result<Estimate, Failure> {
+    let source = recorded(path)?;
     let choice = args.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
-    let mut pipeline = Reading::of_recording(Some(rig), args.scanner, true, choice)?.pipeline;
+    let mut pipeline =
+        Reading::of_recording(Some(rig), scanner_of(args, rig, &source), true, choice)?.pipeline;
     let mut scanner = Scanner::open(&source, DriverConfig::default()).await?;
     while let Some(record) = scanner.next().await? {
         pipeline.push(record.scan);
@@ -128,8 +140,8 @@ async fn estimate(args: &Args, rig: &Rig, path: &Path) -> Result<Estimate, Failu
 }
 
 /// What the new calibration is valid for: all that the nearest one is, under its own name.
-fn class(args: &Args, rig: &Rig) -> Result<CalibrationClass, Failure> {
-    let model = rig.scanners.get(args.scanner).map(|mount| mount.model.as_str()).unwrap_or_default();
+fn class(args: &Args, rig: &Rig, scanner: usize) -> Result<CalibrationClass, Failure> {
+    let model = rig.scanners.get(scanner).map(|mount| mount.model.as_str()).unwrap_or_default();
     let nearest = match (&args.calibration, &rig.calibration) {
         (Some(name), _) => Some(load_named_calibration(name, model, rig.optics)?),
         (None, Some(name)) => load_calibration_for(name, model, rig.optics)?,
@@ -150,7 +162,7 @@ fn planned(args: &Args, rig: &Rig) -> Result<Outcome, Failure> {
             args.hand_sd
         )));
     }
-    let mount = rig.scanners.get(args.scanner);
+    let mount = rig.scanners.get(args.scanner.unwrap_or_default());
     let (model, distance_m) = mount.map_or(("", 0.0), |mount| (mount.model.as_str(), mount.distance_m));
     let beams = if rig.optics == Some(BeamWidth::Ideal) { "rays" } else { "eye" };
     let plan = field::plan(beams, model, distance_m, args.hand_sd).ok_or_else(|| {
