@@ -291,7 +291,7 @@ pub enum Warning {
         /// The clearance, metres.
         clearance_m: f64,
     },
-    /// Grass or weeds in the alley stand out of the rig's clearance and count as leaves.
+    /// Grass, weeds or soil in the alley stand out of the rig's clearance and count as leaves.
     GrowthInAlley {
         /// Share of the canopy's returns.
         share: f64,

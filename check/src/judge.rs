@@ -205,7 +205,7 @@ fn measure_of(measure: Measure, (id, stream): (&str, &Stream), run: &RunRecord) 
     let estimate = stream.estimate.as_ref()?;
     match measure {
         Measure::ImpactedTotalArea => estimate.impacted_total_area_m2,
-        Measure::LeafAreaError => run.truths.get(id)?.leaf_area_error(estimate, stream.way_m),
+        Measure::LeafAreaError => run.truths.get(id)?.leaf_area_error(estimate, &stream.passed),
     }
 }
 

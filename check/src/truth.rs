@@ -10,6 +10,34 @@ const SAME_WAY: f64 = 0.02;
 /// A net way that is less says nothing of what was passed, metres.
 const LEAST_WAY_M: f64 = 0.5;
 
+/// Where a scan was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Passed {
+    /// Along the row, by the estimate, metres.
+    pub(crate) y_m: f64,
+    /// Driven by then, less what was driven in reverse, metres.
+    pub(crate) way_m: f64,
+}
+
+/// How much of the row some scans reach over, by the estimate and in truth, metres: what is driven to and fro counts once.
+struct Reach {
+    estimate_m: f64,
+    way_m: f64,
+}
+
+impl Reach {
+    fn of<'a>(passed: impl Iterator<Item = &'a Passed> + Clone) -> Self {
+        let reach = |of: fn(&Passed) -> f64| {
+            let ends = passed
+                .clone()
+                .map(of)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+            (ends.1 - ends.0).max(0.0)
+        };
+        Self { estimate_m: reach(|at| at.y_m), way_m: reach(|at| at.way_m) }
+    }
+}
+
 /// The trees of a row.
 #[derive(Clone, Debug)]
 pub(crate) struct Trees(Vec<Tree>);
@@ -42,21 +70,28 @@ impl Trees {
     }
 
     /// (estimate − truth) / truth of the leaf area, over the trees scanned from end to end; none without any. By an encoder that counts more or less than was
-    /// driven, trees are cells of more or less row: then a tree's error counts with the estimate's way over the one driven, as it does in the row's leaf area.
-    pub(crate) fn leaf_area_error(&self, estimate: &Estimate, way_m: Option<f64>) -> Option<f64> {
+    /// driven, trees are cells of more or less row: then a tree's error counts with the estimate's way over the one driven past these trees, as it does in the
+    /// row's leaf area. `passed` is where the estimate had each scan along the row, and the tractor's way there, metres.
+    pub(crate) fn leaf_area_error(&self, estimate: &Estimate, passed: &[Passed]) -> Option<f64> {
         let (mut found_m2, mut real_m2) = (0.0, 0.0);
+        let (mut from_m, mut to_m) = (f64::INFINITY, f64::NEG_INFINITY);
         for found in estimate.trees.iter().filter(|tree| tree.complete) {
             // Behind the row's end stands none of its trees.
             let Some(real) = self.0.iter().find(|tree| tree.number == found.tree) else { continue };
             found_m2 += found.leaf.areas.best_m2().ok()?;
             real_m2 += real.leaf_area_m2?;
+            let half_m = 0.5 * found.scanned_m;
+            (from_m, to_m) = (from_m.min(found.y_m - half_m), to_m.max(found.y_m + half_m));
         }
-        let times = match estimate.advance_m.zip(way_m) {
-            // Back where it began it has passed what nobody can compare.
-            Some((_, way_m)) if way_m.abs() < LEAST_WAY_M => return None,
-            Some((by_estimate, way_m)) => (by_estimate / way_m).abs(),
-            None => 1.0,
-        };
+        // What the estimate was given up for, as an encoder that is dead, has no place in it: then the whole way is compared.
+        let (begun, ended) = passed.first().zip(passed.last())?;
+        let own_m = estimate.advance_m.unwrap_or_default();
+        let is_its_own = (ended.y_m - begun.y_m - own_m).abs() <= SAME_WAY * own_m.abs();
+        let whole = Reach { estimate_m: own_m.abs(), way_m: (ended.way_m - begun.way_m).abs() };
+        let beside = passed.iter().filter(|at| (from_m..=to_m).contains(&at.y_m));
+        let Reach { estimate_m, way_m } = if is_its_own { Reach::of(beside) } else { whole };
+        // Where it stood it has passed what nobody can compare.
+        let times = (way_m >= LEAST_WAY_M).then(|| estimate_m / way_m)?;
         let apart = times - 1.0;
         let times = 1.0 + apart - apart.clamp(-SAME_WAY, SAME_WAY);
         (real_m2 > 0.0).then(|| (times * found_m2 - real_m2) / real_m2)

@@ -15,6 +15,7 @@ use rowscan_recording::{DATAGRAMS, Joint, MAX_PAYLOAD, Packet, ScanReader, Side,
 
 use crate::fault_desk::FaultDesk;
 use crate::journal::Journal;
+use crate::truth::Passed;
 
 mod counts;
 
@@ -65,8 +66,10 @@ pub(crate) struct Stream {
     echo: EchoInForce,
     /// When scans were delivered.
     pub(crate) scan_times: Vec<SimTime>,
-    /// Way truly driven from the first of the drive's scans to the last one, metres, headlands included; what was driven in reverse is taken off.
-    pub(crate) way_m: Option<f64>,
+    /// When each of the drive's scans was delivered, and where along the row the estimate had it, metres.
+    places: Vec<(SimTime, f64)>,
+    /// The same, with the way truly driven, once the run is over.
+    pub(crate) passed: Vec<Passed>,
     /// Each change of any count but the scans.
     pub(crate) changes: Vec<Change>,
     /// What the scans say, once the run is over.
@@ -113,7 +116,8 @@ impl Stream {
             lost_before: 0,
             unheard: None,
             scan_times: Vec::new(),
-            way_m: None,
+            places: Vec::new(),
+            passed: Vec::new(),
             changes: Vec::new(),
             estimate: None,
             echo: EchoInForce::default(),
@@ -195,7 +199,7 @@ impl Stream {
         self.counting.observe(scan);
         self.drive(began);
         match began {
-            Some(began) if at >= began => self.pipeline.push(scan),
+            Some(began) if at >= began => self.measure(at, scan),
             _ => {
                 // The tractor stands: what it sees again and again is no row driven past.
                 self.waiting.retain(|(before, _)| *before == at);
@@ -241,9 +245,16 @@ impl Stream {
     /// Measures those scans that waited for the start of the drive and are of it.
     fn drive(&mut self, began: Option<SimTime>) {
         let Some(began) = began else { return };
-        for (_, scan) in self.waiting.drain(..).filter(|(at, _)| *at >= began) {
-            self.pipeline.push(&scan);
+        for (at, scan) in std::mem::take(&mut self.waiting) {
+            if at >= began {
+                self.measure(at, &scan);
+            }
         }
+    }
+
+    fn measure(&mut self, at: SimTime, scan: &Scan) {
+        self.pipeline.push(scan);
+        self.places.extend(self.pipeline.progress().y_m.map(|y_m| (at, y_m)));
     }
 }
 
@@ -348,10 +359,11 @@ impl Witness {
             stream.end(reached);
             stream.note_change(self.journal.now(), self.journal.len().saturating_sub(1));
             stream.estimate = Some(stream.pipeline.finish());
-            let mut of_drive = stream.scan_times.iter().filter(|at| began.is_some_and(|began| **at >= began));
-            let first = of_drive.next();
-            let ends = first.zip(of_drive.next_back());
-            stream.way_m = ends.map(|(first, last)| self.journal.way_m(*last) - self.journal.way_m(*first));
+            stream.passed = stream
+                .places
+                .iter()
+                .map(|(at, y_m)| Passed { y_m: *y_m, way_m: self.journal.way_m(*at) })
+                .collect();
         }
         streams
     }

@@ -75,17 +75,27 @@ impl DatagramSource {
 
     /// Sends what is due. Nothing waits for its reader: UDP has no back-pressure.
     pub(crate) async fn fire(&mut self, firing: Firing) {
+        self.send_until(firing.at, firing.at).await;
+        self.release(firing.at).await;
+    }
+
+    /// Sends what is due until then, now.
+    async fn send_until(&mut self, until: SimTime, now: SimTime) {
         let shared = Arc::clone(&self.shared);
-        while let Some(datagram) = shared.datagrams.take(firing.at) {
+        while let Some(datagram) = shared.datagrams.take(until) {
             let (stream, turn) = (datagram.stream, datagram.turn());
             datagram.ends_turn.into_iter().for_each(|number| shared.datagrams.end_turn(number));
             let Some((to, bytes)) = shared.device().send(datagram) else { continue };
             if !shared.datagrams.admits(to) {
                 continue;
             }
-            self.pass(firing.at, Outgoing { stream, to, turn, bytes }).await;
+            self.pass(now, Outgoing { stream, to, turn, bytes }).await;
         }
-        self.release(firing.at).await;
+    }
+
+    /// Sends the rest of the turns that are under way.
+    pub(crate) async fn finish(&mut self, now: SimTime) {
+        self.send_until(SimTime(u64::MAX), now).await;
     }
 
     /// Sends a datagram as faults let it: not at all, twice, or held back.

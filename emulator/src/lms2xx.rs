@@ -37,6 +37,8 @@ const PIECE: Duration = Duration::from_millis(3);
 const MOST_BEHIND: Duration = Duration::from_millis(250);
 /// Requests on their way to the device; more is more than a line carries.
 const MAX_ARRIVING: usize = 64;
+/// Telegrams that may still leave at the end: the one on the line, an answer, and the scan that was measured meanwhile.
+const MOST_AT_END: usize = 4;
 
 /// How a virtual LMS2xx is run.
 #[derive(Clone, Debug)]
@@ -319,6 +321,16 @@ impl Lms2xxScanner {
     }
 
     /// The last scan it made.
+    /// Sends the rest of the telegram that is on the line, and of a scan that is ready.
+    pub(crate) async fn finish(&mut self, delivery: Delivery) -> io::Result<()> {
+        for _ in 0..MOST_AT_END {
+            self.begin_sending();
+            let Some(sending) = &self.sending else { break };
+            self.hand_on(sending.end(), delivery).await?;
+        }
+        Ok(())
+    }
+
     pub(crate) fn last_scan(&self) -> Option<LastScan> {
         self.last_scan
     }

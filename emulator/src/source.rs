@@ -72,6 +72,19 @@ impl Source {
         }
     }
 
+    /// Sends the rest of the scan that is under way, now.
+    pub(crate) async fn finish(&mut self, now: SimTime, delivery: Delivery) -> io::Result<()> {
+        match self {
+            Self::Lms2xx(scanner) => scanner.finish(delivery).await,
+            Self::Datagrams(datagrams) => {
+                datagrams.finish(now).await;
+                Ok(())
+            }
+            // A scanner's telegrams over CoLa leave whole, and so do frames and sentences.
+            Self::Mirror(_) | Self::Faults(_) | Self::LineChanges(_) | Self::Bus(_) | Self::Gnss(_) => Ok(()),
+        }
+    }
+
     pub(crate) fn poll_input(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
         match self {
             Self::Lms2xx(scanner) => scanner.poll_input(cx),

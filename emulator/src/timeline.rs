@@ -103,6 +103,7 @@ impl Timeline {
                     if clock.delivery().is_patient() {
                         clock.reached(end.instant((clock.now(), at), &self.tractor, self.scan_instants));
                     }
+                    self.finish().await;
                     self.drain().await;
                     return Ok(());
                 }
@@ -268,6 +269,16 @@ impl Timeline {
                 biased;
                 () = std::future::poll_fn(|cx| self.poll_inputs(cx)) => self.respond().await,
                 found = &mut done => return found,
+            }
+        }
+    }
+
+    /// Sends the rest of what is under way: a scan that was measured before the end goes out whole, and no telegram ends inside.
+    async fn finish(&mut self) {
+        let (now, delivery) = (self.clock.now(), self.clock.delivery());
+        for source in &mut self.sources {
+            if let Err(cause) = source.finish(now, delivery).await {
+                tracing::debug!(%cause, "a line is gone at the end");
             }
         }
     }

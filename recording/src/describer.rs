@@ -17,6 +17,14 @@ impl Describer {
         Self { queue, about: Arc::new(Mutex::new(about)) }
     }
 
+    /// Takes back which of the rig's scanners this stream is of: it has turned out to be none of that model.
+    pub fn not_of_mount(&self, stream: &str) {
+        let mut about = self.about.lock().unwrap_or_else(PoisonError::into_inner);
+        if about.mounts.remove(stream).is_some() {
+            self.queue.describe(about.clone());
+        }
+    }
+
     /// Says of which model the scanner of this stream is, of so many that are recorded, or which ones it can be where that is not known; the first word on
     /// a stream stays.
     pub fn of_models(&self, stream: &str, models: &[&str], scanners: usize) {

@@ -270,6 +270,7 @@ async fn follow(
     let config = DriverConfig { tap: taps.open(&name, stream_kind(&named.it)), ..config };
     let mut scanner = Scanner::open(&named.it, config).await?;
     models.tell(&name, &scanner.models(), taken_for);
+    models.check_mount(&name, &scanner.models(), taken_for);
     let _telling = LinkTeller::start(&scanner, named.name.clone(), None);
     let mut scans = 0;
     let counted = async {

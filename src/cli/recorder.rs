@@ -198,6 +198,20 @@ impl ModelTeller {
         };
         describer.of_models(stream, &names, self.scanners);
     }
+
+    /// The scanner of this stream is none of the model that the rig has in its place: which of the rig's scanners it is nobody knows, and the user is told.
+    pub(super) fn check_mount(&self, stream: &str, models: &[AnyModel], of_rig: Option<AnyModel>) {
+        let Some(other) = of_rig.filter(|of_rig| !models.is_empty() && !models.contains(of_rig)) else {
+            return;
+        };
+        let found: Vec<&str> = models.iter().map(|model| model.name()).collect();
+        say(format_args!(
+            "{stream}: expected the rig's {}, found {}: the recording does not say which of the rig's scanners this is; name the sources in the rig's order",
+            other.name(),
+            found.join(" or ")
+        ));
+        self.describer.iter().for_each(|describer| describer.not_of_mount(stream));
+    }
 }
 
 /// Tells what a recording came to.

@@ -38,10 +38,39 @@ fn scans_of_datagrams_are_judged_and_one_that_is_cut_is_red() {
         &ended.stdout,
         &[
             "expected a scan from pico within 0.5 s, found none",
-            "scans_lost of pico: expected 0, found 31",
+            "scans_lost of pico: expected 0, found 32",
             "cut: udp_loss, on pico",
         ],
     );
+}
+
+/// A turn that was measured before the end goes out whole, whatever its end is in.
+#[test]
+fn a_run_of_so_many_scans_has_as_many_in_its_recording() {
+    if !has_python() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let own = folder.path().join("picoscan");
+    std::fs::create_dir(&own).expect("made");
+    for name in ["base.toml", "reader.py", "../row.toml"] {
+        std::fs::copy(scenario(name), own.join(name)).expect("copied");
+    }
+    for scans in [1, 37] {
+        let path = own.join("it.toml");
+        let expects =
+            "expect = [{ what = \"scans_lost\", equals = 0 }, { what = \"segments_lost\", equals = 0 }]\n";
+        let written = format!("use = \"base.toml\"\nend = {{ scans = {scans} }}\n{expects}");
+        std::fs::write(&path, written).expect("written");
+        let kept = folder.path().join(format!("kept-{scans}"));
+        let ended = run(&["check", text(&path), "--keep", text(&kept)]);
+        assert_eq!(ended.code, Some(0), "{scans}: {}{}", ended.stdout, ended.stderr);
+        let mut runs = std::fs::read_dir(kept.join("01-it")).expect("kept").flatten();
+        let file = runs.next().expect("a run").path().join("run.mcap");
+        let ended = run(&["record", "--info", text(&file), "--format", "json"]);
+        let told: serde_json::Value = serde_json::from_str(&ended.stdout).expect("JSON");
+        assert_eq!(told["streams"][0]["scans"], scans, "{told}");
+    }
 }
 
 /// A multiScan136: 16 lines a turn, and telegrams that need ten packets each.

@@ -299,6 +299,33 @@ fn a_stream_lies_where_its_own_scanner_sits() {
     }
 }
 
+/// Sources in another order than the rig's are found out where their models differ: then the recording does not say which scanner is which.
+#[test]
+fn a_recording_does_not_say_which_scanner_it_is_where_the_devices_say_otherwise() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let scene = path("scene.toml");
+    let two = "version = 2\n[orchard]\npreset = \"spindle\"\ntrees = 2\n[[rig.scanner]]\nmodel = \"lms111\"\n\
+        [[rig.scanner]]\nmodel = \"lms511\"\nrow = \"left\"\n";
+    std::fs::write(&scene, two).expect("written");
+    let args = [&scene, "--scanner", "0", "--scanner", "1", "--tcp", "127.0.0.1:0", "--tcp", "127.0.0.1:0"];
+    let (child, places) = listening("emulate", &args, 2);
+    let emulator = Emulator { child, address: String::new() };
+    let address = |place: usize| format!("tcp://{}", places[place]["address"].as_str().expect("an address"));
+    for (order, expected) in [([0, 1], serde_json::json!({ "one": 0, "two": 1 })), ([1, 0], Value::Null)] {
+        let file = path(&format!("{order:?}.mcap"));
+        let sources = [format!("one={}", address(order[0])), format!("two={}", address(order[1]))];
+        let ended = run(&["record", &sources[0], &sources[1], "--rig", &scene, "-o", &file, "--scans", "5"]);
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        let info = run(&["record", "--info", &file, "--format", "json"]);
+        let told: Value = serde_json::from_str(&info.stdout).expect("JSON");
+        assert_eq!(told["mounts"], expected, "{order:?}: {told}");
+        let is_told = ended.stderr.contains("does not say which of the rig's scanners this is");
+        assert_eq!(is_told, expected.is_null(), "{}", ended.stderr);
+    }
+    emulator.end();
+}
+
 /// What an emulator whose beams are told on its command line says of how to estimate it, run as it stands; with the flags before the source left out where
 /// `leave_out` says so.
 fn by_its_hint(optics: &str, leave_out: Option<&str>) -> Value {

@@ -418,7 +418,7 @@ impl fmt::Display for Warning {
             ),
             Self::GrowthInAlley { share, clearance_m } => write!(
                 f,
-                "{:.0} % of the returns that count as canopy stand low in the alley, before the crowns, as grass and weeds do: they count as leaves, and the interval reaches down to what it would be \
+                "{:.0} % of the returns that count as canopy stand low in the alley, before the crowns, as grass, weeds and rough soil do: they count as leaves, and the interval reaches down to what it would be \
                  without them; mow, or raise `ground_clearance_m`, {clearance_m} m, above them",
                 100.0 * share
             ),

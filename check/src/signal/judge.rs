@@ -68,9 +68,6 @@ fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Res
     let Some(within_s) = expect.within_s else {
         // From the start on.
         let due = long.map_or(ended, |seconds| seconds_after(from, seconds));
-        if due > ended {
-            return Err(past_end(name, due, ended));
-        }
         let wrong = course
             .before(from)
             .map(|held| Sample { at: from, ..held })
@@ -78,6 +75,7 @@ fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Res
             .chain(course.within(from, due).iter().copied());
         let wrong = wrong.clone().find(|sample| !sample.value.is_some_and(hold));
         return Ok(match wrong {
+            None if due > ended => return Err(past_end(name, due, ended)),
             None if course.before(from).is_none() && course.within(from, due).is_empty() => {
                 return Err(format!("{name} was not heard in that time: nothing is known of it"));
             }
@@ -214,15 +212,15 @@ fn silent(expect: &Expect, (name, course, window): Heard<'_>, for_s: Option<f64>
     }
     let from = seconds_after(window.from, expect.within_s.unwrap_or_default());
     let due = for_s.map_or(window.ended, |seconds| seconds_after(from, seconds));
-    if due > window.ended || from >= window.ended {
-        return Err(past_end(name, due.max(from), window.ended));
-    }
     let heard = course.within(SimTime(from.0 + 1), due).first().copied();
     Ok(match heard {
         Some(sample) => {
             Judged::holds(false, format!("expected {name} to be silent, heard {}", told(Some(sample))))
                 .at(sample.at)
                 .due(from, sample.at)
+        }
+        None if due > window.ended || from >= window.ended => {
+            return Err(past_end(name, due.max(from), window.ended));
         }
         None => Judged::holds(
             true,
@@ -248,6 +246,12 @@ fn regular((name, course, window): Heard<'_>, every_s: f64, expect: &Expect) -> 
     let slack = if slack_s > 0.0 { slack_s } else { (0.1 * every_s * 1e9).round() / 1e9 };
     let wanted = format!("each {every_s} s ± {slack} s");
     let all = course.within(from, due);
+    let window_s = (due.0 - from.0) as f64 / 1e9;
+    if window_s <= every_s + slack {
+        return Err(format!(
+            "{name} was looked at for {window_s:.3} s, less than a period and its slack: nothing is known of its pace; a longer `for_s`, or a later `end`"
+        ));
+    }
     let seconds = |from: SimTime, to: SimTime| (to.0 as f64 - from.0 as f64) / 1e9;
     // A nanosecond is lost in decimal places.
     let is_late = |gap_s: f64| gap_s > every_s + slack + 1e-9;

@@ -148,6 +148,11 @@ fn changes_silence_and_pace() {
         ("every_s = 0.1, tolerance = 0.001", Passed),
         ("every_s = 0.2", Failed),
         ("every_s = 0.1, for_s = 7", Error),
+        ("every_s = 0.5, for_s = 0.2", Error),
+        // What is decided as false is so, however far the window reaches.
+        ("silent = true, after = \"early\", for_s = 7", Failed),
+        ("equals = 0, after = \"early\", for_s = 7", Failed),
+        ("equals = 1, after = \"early\", for_s = 7", Failed),
         ("within_s = 0.05, after = \"late\"", Passed),
     ]);
     let quiet = || usual().into_iter().take(8).collect::<Vec<_>>();

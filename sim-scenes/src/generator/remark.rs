@@ -8,7 +8,7 @@ use crate::growth::markov::State;
 pub(crate) const MOST_COPIES: f64 = 3.0;
 
 /// Rows of fewer distinct trees are told: their mean is off by what single trees are off by.
-pub(crate) const FEWEST_TREES: u32 = 6;
+pub(crate) const FEWEST_TREES: u32 = 8;
 
 /// Something to tell the user about an orchard.
 #[derive(Clone, Debug, PartialEq)]

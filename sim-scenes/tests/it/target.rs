@@ -130,12 +130,12 @@ fn rows_of_a_few_distinct_trees_are_told() {
         };
         grow(&parameters).remarks().iter().map(ToString::to_string).collect::<Vec<_>>()
     };
-    for (distinct_trees, trees) in [(0, 8), (6, 8), (3, 3), (1, 1)] {
+    for (distinct_trees, trees) in [(0, 9), (8, 9), (3, 3), (1, 1)] {
         assert_eq!(told(distinct_trees, trees), Vec::<String>::new(), "{distinct_trees} of {trees}");
     }
-    for (distinct_trees, trees) in [(1, 8), (5, 8), (1, 2)] {
+    for (distinct_trees, trees) in [(1, 9), (7, 9), (1, 2)] {
         let told = told(distinct_trees, trees);
-        let expected = format!("orchard.distinct_trees: expected 6 or more, or 0, found {distinct_trees}");
+        let expected = format!("orchard.distinct_trees: expected 8 or more, or 0, found {distinct_trees}");
         assert!(matches!(told.as_slice(), [one] if one.starts_with(&expected)), "{told:?}");
     }
 }
