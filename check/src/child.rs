@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use regex_lite::Regex;
 use rowscan_emulator::lockstep::ChildClock;
-use rowscan_ports::clock::{rest, within};
+use rowscan_ports::clock::within;
 use rowscan_ports::task;
 use tokio::process::Command;
 use tokio::sync::watch;
@@ -152,20 +152,11 @@ impl Child {
         let _ = exited.wait_for(Option::is_some).await;
     }
 
-    /// Tells it to end, then kills it and what is left of its group; waits for its last output.
-    pub(crate) async fn end(&mut self) {
-        if self.exit_code().is_none() {
-            // A stopped one would not hear it.
-            Signal::Continue.send(self.group);
-            // Its streams have ended. One that ends with them is let go: an interpreter that exits heeds no signal's handler any more, and
-            // would be ended by the signal, now and then.
-            if within(OWN_END, self.exited()).await.is_none() {
-                Signal::Terminate.send(self.group);
-            }
-            if within(GRACE, self.exited()).await.is_none() {
-                Signal::Kill.send(self.group);
-                self.exited().await;
-            }
+    /// Waits until it has ended, and kills it and what is left of its group if it takes long; waits for its last output.
+    async fn end(&mut self) {
+        if within(GRACE, self.exited()).await.is_none() {
+            Signal::Kill.send(self.group);
+            self.exited().await;
         }
         Signal::Kill.send(self.group);
         self.group = None;
@@ -180,11 +171,28 @@ impl Drop for Child {
     }
 }
 
-/// After a run simulated time stands, and what children still do is the same in every run. Once they are told to end, their timers take the host's
-/// time: one that cleans up may have to wait.
-pub(crate) async fn pass_last_timers(clock: ChildClock) {
-    rest(OWN_END).await;
-    clock.follow_host().await;
+/// Ends them all, whose streams have ended. Simulated time stands, so what they still do is the same in every run; once all are told to end, their timers take the
+/// host's time: one that cleans up may have to wait.
+pub(crate) async fn end_all(children: &mut [Child], clock: Option<ChildClock>) {
+    // A stopped one would not hear it.
+    children.iter().for_each(|child| Signal::Continue.send(child.group));
+    // One that ends with its streams is let go: an interpreter that exits heeds no signal's handler any more, and would be ended by the signal, now and then.
+    let by_themselves = async {
+        for child in &*children {
+            child.exited().await;
+        }
+    };
+    if within(OWN_END, by_themselves).await.is_none() {
+        let stays = children.iter().filter(|child| child.exit_code().is_none());
+        stays.for_each(|child| Signal::Terminate.send(child.group));
+    }
+    let mut last_timers = JoinSet::new();
+    if let Some(clock) = clock {
+        last_timers.spawn(task(async move { clock.follow_host().await }));
+    }
+    for child in children {
+        child.end().await;
+    }
 }
 
 #[derive(Clone, Copy, Debug)]

@@ -227,17 +227,19 @@ async fn drive(
     rig.desk.heal();
     record.fault_events_lost = rig.desk.events_lost();
     record.scans_missed = rig.scans_missed();
-    let ScenarioRig { stage, bench, file, child_clock, .. } = rig;
-    let mut last_timers = JoinSet::new();
-    if let Some(clock) = child_clock {
-        last_timers.spawn(task(child::pass_last_timers(clock)));
+    if record.scans_missed > 0 {
+        record.warnings.push(format!(
+            "this machine was too slow for {} scans: no telegram was made of them, and none of them counts as lost; take a smaller `scale`, or lockstep",
+            record.scans_missed
+        ));
     }
+    let ScenarioRig { stage, bench, file, child_clock, .. } = rig;
     // The children's streams end, as those of a machine that is switched off; then they may end by themselves.
     bench.close().await;
     // Its taps are gone with the bench.
     let recorded = file.map_or(Ok(()), RunFile::finish);
-    for child in &mut children {
-        child.end().await;
+    child::end_all(&mut children, child_clock).await;
+    for child in &children {
         record.children.insert(child.id.clone(), record_of(scenario, child));
     }
     let left = descendants.end();

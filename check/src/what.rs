@@ -180,7 +180,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "leaf_area_error",
         keys: MEASURE,
-        tells: "(estimate − truth) / truth of the leaf area, summed over the trees scanned from end to end, times the stretch that they are for the estimate over the one truly driven, less the first 2 % of what they differ; truth by cell",
+        tells: "(estimate − truth) / truth of the leaf area, summed over the row's own trees that were scanned from end to end (no later alley, no second round), times the stretch that they are for the estimate over the one truly driven, less the first 2 % of what they differ; truth by cell",
         kind: Kind::Measure(Measure::LeafAreaError),
     },
     What {

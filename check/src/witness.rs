@@ -238,8 +238,19 @@ impl Stream {
                 ));
                 turns * sent.lines
             }
+            None if counts.numbered_anew.is_none() => self.not_delivered(counts.scans_sent),
             None => behind(counts.last_counter, self.last_counter),
         };
+    }
+
+    /// Scans of so many sent that nobody was given and whose numbers do not tell it, as behind the last delivered one: an LMS2xx counts to 255 and begins again.
+    fn not_delivered(&self, sent: u64) -> u64 {
+        let Counting { scans, repeated, lost, .. } = self.counting;
+        if self.counting.untold() > 0 {
+            0
+        } else {
+            sent.saturating_sub(scans - repeated + lost + self.lost_before)
+        }
     }
 
     /// Measures those scans that waited for the start of the drive and are of it.

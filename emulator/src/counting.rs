@@ -57,10 +57,10 @@ pub struct ConnectionCounts {
 }
 
 impl ScannerCounts {
-    /// Scans it has measured, or would have, and not sent to the client it has. With several clients a scan may count more than once. None where its
-    /// family does not count them.
+    /// Scans it has measured and not sent to the client it has. With several clients a scan may count more than once. What a slow host had it miss is none: no
+    /// telegram was numbered for that. None where its family does not count them.
     pub fn scans_not_sent(&self) -> Option<u64> {
-        Some(self.scans_dropped? + self.scans_missed? + self.scans_unheard?)
+        Some(self.scans_dropped? + self.scans_unheard?)
     }
 }
 

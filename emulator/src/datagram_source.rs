@@ -96,6 +96,11 @@ impl DatagramSource {
     /// Sends the rest of the turns that are under way.
     pub(crate) async fn finish(&mut self, now: SimTime) {
         self.send_until(SimTime(u64::MAX), now).await;
+        // What waits for others to overtake it waits for none any more.
+        for held in self.held.iter_mut().filter(|held| held.behind > 0) {
+            (held.behind, held.until) = (0, now);
+        }
+        self.release(now).await;
     }
 
     /// Sends a datagram as faults let it: not at all, twice, or held back.

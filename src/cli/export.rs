@@ -145,6 +145,10 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
     let Some(file) = file else { return Ok(Outcome::Finding) };
     let rows = file.commit()?;
     say(format_args!("{}: {rows} rows of {scans} scans", name_of(&args.output)));
+    let unreadable = scanner.faults().total();
+    if unreadable > 0 {
+        say(format_args!("{}: {unreadable} more scan telegrams gave no scan", args.file));
+    }
     if args.what == What::Scans && (has_encoder || scanner.counts().readings.wheel > 0) {
         say(format_args!(
             "{} has no place for the encoder's readings that the recording holds: an estimate of it goes by the rig's constant speed",

@@ -239,7 +239,7 @@ fn regular((name, course, window): Heard<'_>, every_s: f64, expect: &Expect) -> 
         .and_then(|keys| keys.must.for_s)
         .map_or(window.ended, |seconds| seconds_after(from, seconds));
     if due > window.ended || from >= due {
-        return Err(past_end(name, due, window.ended));
+        return Err(past_end(name, due.max(from), window.ended));
     }
     let slack_s = expect.bounds.tolerance;
     // A tenth of 0.3 is 0.03, and not 0.030000000000000002.

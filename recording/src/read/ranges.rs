@@ -9,6 +9,7 @@
 //! and empty or NaN where nobody knows it; older files call it `time_s`. `status` is the number of a [`DeviceStatus`]; files without it say that all is well.
 
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::optics::DAZZLED_MM;
 use rowscan_protocol::telegram::wire::FixedText;
 use rowscan_protocol::telegram::{Channel, Kind, LmdScandata, Variable, encode_frame};
@@ -105,7 +106,7 @@ impl Header {
                 "start_deg" => header.start_deg = Some(number()?),
                 "step_deg" => header.step_deg = Some(number()?),
                 "serial" => header.serial = number()? as u32,
-                "model" if rowscan_protocol::model::by_name(value).is_some() => {
+                "model" if AnyModel::by_name(value).is_some() => {
                     header.model = Some(value.to_owned());
                 }
                 "model" => return Err(wrong(line, "a model that `rowscan models` lists", value)),
@@ -277,6 +278,19 @@ mod tests {
         let scan = reader.next_scan().expect("a scan");
         let ranges = scan.echoes[0].range_m.iter().zip([80.002, 1.0, 0.4]);
         assert!(ranges.clone().all(|(found, expected)| (found - expected).abs() < 1e-5), "{scan:?}");
+    }
+
+    #[test]
+    fn a_header_names_any_model_that_there_is() {
+        for model in AnyModel::all() {
+            let text = format!(
+                "{}0,1,2,3,4,5\n",
+                HEAD.replace("; unit", &format!("; model {}; unit", model.name()))
+            );
+            let (_, about) =
+                super::packets(&text).unwrap_or_else(|error| panic!("{}: {error}", model.name()));
+            assert_eq!(about.model.as_deref(), Some(model.name()));
+        }
     }
 
     #[test]
