@@ -60,6 +60,8 @@ pub(crate) struct Stream {
     anew_unseen: u64,
     /// Telegrams that went out before the first one that was delivered.
     lost_before: u64,
+    /// What the device had sent before the first scan that was delivered, to whoever did not understand it.
+    sent_before: Option<u64>,
     /// How long in the drive nobody took the device's scans, and how long it was so at the end; none where it does not tell.
     pub(crate) unheard: Option<Unheard>,
     /// What its conversations tell of its echo.
@@ -114,6 +116,7 @@ impl Stream {
             anew_before: None,
             anew_unseen: 0,
             lost_before: 0,
+            sent_before: None,
             unheard: None,
             scan_times: Vec::new(),
             places: Vec::new(),
@@ -181,8 +184,10 @@ impl Stream {
             self.not_sent = not_sent;
             self.not_sent_before.get_or_insert(self.not_sent);
         }
-        if self.anew_before.is_none() {
-            self.anew_before = self.device_counts().and_then(|counts| counts.numbered_anew);
+        if self.sent_before.is_none()
+            && let Some(counts) = self.device_counts()
+        {
+            (self.sent_before, self.anew_before) = (Some(counts.scans_sent), counts.numbered_anew);
         }
         match self.taker {
             Some((BY_DATAGRAMS, _)) => self.last_turn = Some(scan.scan_counter),
@@ -246,11 +251,9 @@ impl Stream {
     /// Scans of so many sent that nobody was given and whose numbers do not tell it, as behind the last delivered one: an LMS2xx counts to 255 and begins again.
     fn not_delivered(&self, sent: u64) -> u64 {
         let Counting { scans, repeated, lost, .. } = self.counting;
-        if self.counting.untold() > 0 {
-            0
-        } else {
-            sent.saturating_sub(scans - repeated + lost + self.lost_before)
-        }
+        let sent = sent.saturating_sub(self.sent_before.unwrap_or(sent));
+        let is_known = self.counting.untold() == 0;
+        if is_known { sent.saturating_sub(scans - repeated + lost) } else { 0 }
     }
 
     /// Measures those scans that waited for the start of the drive and are of it.
