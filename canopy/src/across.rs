@@ -73,9 +73,7 @@ impl Across {
 
     /// Share of the canopy's returns that grass and weeds in the alley are: low ones before the crowns. `None` where it is small.
     pub(crate) fn growth_in_alley(&self) -> Option<f64> {
-        let crowns_m = self.within_m(BEYOND) - BEFORE_CROWNS_M;
-        let end = ((crowns_m + REACH_M) / BIN_M).clamp(0.0, BINS as f64) as usize;
-        let growth: u64 = self.low_bins.iter().take(end).sum();
+        let growth = before(&self.low_bins, self.within_m(BEYOND) - BEFORE_CROWNS_M);
         let share = growth as f64 / (self.returns + self.low_returns).max(1) as f64;
         (self.returns >= LEAST && share >= GROWTH_SHARE).then_some(share)
     }
@@ -91,8 +89,7 @@ impl Across {
 
     /// Share of the canopy within [`NEAR_SCANNER_M`] of the scanner's way, which is `distance_m` before the axis; `None` where it is small.
     pub(crate) fn at_scanner(&self, distance_m: f64) -> Option<f64> {
-        let end = ((NEAR_SCANNER_M - distance_m + REACH_M) / BIN_M).clamp(0.0, BINS as f64) as usize;
-        let near: u64 = self.bins.iter().take(end).sum();
+        let near = before(&self.bins, NEAR_SCANNER_M - distance_m);
         let share = near as f64 / self.returns.max(1) as f64;
         (self.returns >= LEAST && share >= DRIVEN_THROUGH).then_some(share)
     }
@@ -106,6 +103,12 @@ impl Across {
         });
         (bin.unwrap_or(BINS) as f64 + 0.5) * BIN_M - REACH_M
     }
+}
+
+/// Returns of these bins that lie before a place, which is so far behind the axis.
+fn before(bins: &[u64], behind_m: f64) -> u64 {
+    let end = ((behind_m + REACH_M) / BIN_M).clamp(0.0, BINS as f64) as usize;
+    bins.iter().take(end).sum()
 }
 
 #[cfg(test)]

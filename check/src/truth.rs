@@ -3,8 +3,8 @@
 use rowscan_canopy::Estimate;
 use rowscan_emulator::stage::Stage;
 
-/// A way differs by what it differs more than this, relative: scans are delivered a little after they were made. Nothing jumps there, so a way near it gets the
-/// same verdict each time.
+/// Relative difference of two ways that is not counted, because scans are delivered a little after they were made. It is taken off larger differences, too, so
+/// that the result has no step here.
 const SAME_WAY: f64 = 0.02;
 
 /// A net way that is less says nothing of what was passed, metres.
@@ -83,14 +83,14 @@ impl Trees {
             let half_m = 0.5 * found.scanned_m;
             (from_m, to_m) = (from_m.min(found.y_m - half_m), to_m.max(found.y_m + half_m));
         }
-        // What the estimate was given up for, as an encoder that is dead, has no place in it: then the whole way is compared.
+        // Where the estimate fell back from the encoder to another advance, the places here are not its own: then the whole way is compared.
         let (begun, ended) = passed.first().zip(passed.last())?;
         let own_m = estimate.advance_m.unwrap_or_default();
         let is_its_own = (ended.y_m - begun.y_m - own_m).abs() <= SAME_WAY * own_m.abs();
         let whole = Reach { estimate_m: own_m.abs(), way_m: (ended.way_m - begun.way_m).abs() };
         let beside = passed.iter().filter(|at| (from_m..=to_m).contains(&at.y_m));
         let Reach { estimate_m, way_m } = if is_its_own { Reach::of(beside) } else { whole };
-        // Where it stood it has passed what nobody can compare.
+        // A tractor that hardly moved has passed too little to compare.
         let times = (way_m >= LEAST_WAY_M).then(|| estimate_m / way_m)?;
         let apart = times - 1.0;
         let times = 1.0 + apart - apart.clamp(-SAME_WAY, SAME_WAY);

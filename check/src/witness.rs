@@ -60,7 +60,7 @@ pub(crate) struct Stream {
     anew_unseen: u64,
     /// Telegrams that went out before the first one that was delivered.
     lost_before: u64,
-    /// What the device had sent before the first scan that was delivered, to whoever did not understand it.
+    /// Scans that the device had sent before the first delivered one, as to a client at another baud rate.
     sent_before: Option<u64>,
     /// How long in the drive nobody took the device's scans, and how long it was so at the end; none where it does not tell.
     pub(crate) unheard: Option<Unheard>,
@@ -248,7 +248,8 @@ impl Stream {
         };
     }
 
-    /// Scans of so many sent that nobody was given and whose numbers do not tell it, as behind the last delivered one: an LMS2xx counts to 255 and begins again.
+    /// Scans lost after the last delivered one, of a device that has sent `sent` in all. An LMS2xx numbers its scans from 0 to 255 again and again, so the numbers alone
+    /// do not tell.
     fn not_delivered(&self, sent: u64) -> u64 {
         let Counting { scans, repeated, lost, .. } = self.counting;
         let sent = sent.saturating_sub(self.sent_before.unwrap_or(sent));
