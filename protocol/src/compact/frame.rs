@@ -112,12 +112,11 @@ impl Frame {
     }
 }
 
-/// The beam of the grid that points this way; of a grid that goes around, also by a turn farther on.
+/// The beam of the grid that points this way, also by a turn farther on or back.
 fn place(beams: BeamGrid, deg: f64) -> usize {
     let steps = libm::round((deg - beams.angle_deg(0)) / beams.step_deg());
     let turn = libm::round(360.0 / beams.step_deg());
-    let is_round = beams.len() as f64 >= turn;
-    (if is_round { steps - turn * libm::floor(steps / turn) } else { steps.max(0.0) }) as usize
+    (steps - turn * libm::floor(steps / turn)) as usize
 }
 
 /// Writes the values of one echo of a segment's line to their beams.
@@ -171,24 +170,20 @@ impl LineLayout {
         (self.layer_centideg, self.step) == (line.layer_centideg, line.step)
     }
 
-    /// The beams from the first to the last one.
+    /// The beams from the first to the last one. Where the angles of a segment lie before those of the one before it, the beams have gone around: that
+    /// is so whatever is missing in between.
     fn beams(&self) -> BeamGrid {
-        let all_deg = self.spans_deg.values();
-        let (from_deg, to_deg) =
-            all_deg.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), span| {
-                (from.min(span[0]), to.max(span[1]))
-            });
-        let Some([first_deg, _]) = self.spans_deg.values().next().copied().filter(|_| self.step > 0) else {
+        let mut spans_deg = self.spans_deg.values();
+        let Some(&[start_deg, first_end_deg]) = spans_deg.next().filter(|_| self.step > 0) else {
             return BeamGrid::default();
         };
         let step_deg = exact_step_deg(self.step);
-        let swept_deg: f64 = all_deg.map(|span| span[1] - span[0] + step_deg).sum();
-        let (start_deg, steps) = if swept_deg > 360.0 - 0.5 * step_deg {
-            // It goes around, and angles may have jumped back by a turn on the way.
-            (first_deg, libm::round(360.0 / step_deg) - 1.0)
-        } else {
-            (from_deg, libm::round((to_deg - from_deg) / step_deg))
-        };
+        let end_deg = spans_deg.fold(first_end_deg, |end_deg, &[from_deg, to_deg]| {
+            let turns = libm::ceil((end_deg - from_deg) / 360.0).max(0.0);
+            to_deg + turns * 360.0
+        });
+        let most = libm::round(360.0 / step_deg) - 1.0;
+        let steps = libm::round((end_deg - start_deg) / step_deg).min(most);
         BeamGrid {
             start: libm::round(start_deg * 10_000.0) as i32,
             step: self.step,
