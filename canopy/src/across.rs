@@ -31,15 +31,37 @@ const DRIVEN_THROUGH: f64 = 0.25;
 const BEFORE_CROWNS_M: f64 = 0.2;
 /// Share of the canopy's returns that stand there from which on that is told. Seven training systems on bare ground: 0.001 at most.
 const GROWTH_SHARE: f64 = 0.01;
+/// The same of a band above [`LOWEST_M`], where growth below it was told: it reaches up there.
+const TALL_SHARE: f64 = 0.002;
+/// Height of such a band, metres.
+const BAND_M: f64 = 0.25;
+/// Bands in which growth is looked for: up to [`LOWEST_M`], and four above. What is taller stands as high as young crowns.
+pub(crate) const GROWTH_BANDS: usize = 5;
 
 /// Canopy returns by how far they lie behind the row axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Across {
     bins: Vec<u64>,
     returns: u64,
-    /// The same of returns below [`LOWEST_M`].
-    low_bins: Vec<u64>,
+    /// The same in each band in which growth is looked for, the lowest one first.
+    growth_bins: [Vec<u64>; GROWTH_BANDS],
+    /// Returns below [`LOWEST_M`].
     low_returns: u64,
+}
+
+/// Grass and weeds in the alley.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Growth {
+    /// Share of the canopy's returns that are low ones in the alley.
+    pub(crate) share: f64,
+    /// Bands that it reaches up through.
+    pub(crate) bands: usize,
+}
+
+/// The band in which a height above the ground lies, metres; `None` above all of them.
+pub(crate) fn growth_band(above_m: f64) -> Option<usize> {
+    let band = ((above_m - LOWEST_M) / BAND_M).floor() + 1.0;
+    Some(band.max(0.0) as usize).filter(|band| *band < GROWTH_BANDS)
 }
 
 /// The faces of a canopy that does not stand about the axis, metres behind it.
@@ -51,31 +73,32 @@ pub(crate) struct Faces {
 
 impl Default for Across {
     fn default() -> Self {
-        Self { bins: vec![0; BINS], returns: 0, low_bins: vec![0; BINS], low_returns: 0 }
+        let growth_bins = std::array::from_fn(|_| vec![0; BINS]);
+        Self { bins: vec![0; BINS], returns: 0, growth_bins, low_returns: 0 }
     }
 }
 
 impl Across {
     /// Adds a canopy return, so far behind the axis and above the ground.
     pub(crate) fn add(&mut self, behind_m: f64, above_m: f64) {
-        let bin = ((behind_m + REACH_M) / BIN_M).clamp(0.0, BINS as f64 - 1.0);
-        let is_low = above_m < LOWEST_M;
-        let (bins, returns) = if is_low {
-            (&mut self.low_bins, &mut self.low_returns)
+        let bin = ((behind_m + REACH_M) / BIN_M).clamp(0.0, BINS as f64 - 1.0) as usize;
+        let count = |bins: &mut Vec<u64>| bins.get_mut(bin).map(|count| *count += 1);
+        growth_band(above_m).and_then(|band| self.growth_bins.get_mut(band)).and_then(count);
+        if above_m < LOWEST_M {
+            self.low_returns += 1;
         } else {
-            (&mut self.bins, &mut self.returns)
-        };
-        if let Some(count) = bins.get_mut(bin as usize) {
-            *count += 1;
-            *returns += 1;
+            count(&mut self.bins);
+            self.returns += 1;
         }
     }
 
-    /// Share of the canopy's returns that grass and weeds in the alley are: low ones before the crowns. `None` where it is small.
-    pub(crate) fn growth_in_alley(&self) -> Option<f64> {
-        let growth = before(&self.low_bins, self.within_m(BEYOND) - BEFORE_CROWNS_M);
-        let share = growth as f64 / (self.returns + self.low_returns).max(1) as f64;
-        (self.returns >= LEAST && share >= GROWTH_SHARE).then_some(share)
+    /// Grass and weeds in the alley: low returns before the crowns. `None` where they are few.
+    pub(crate) fn growth_in_alley(&self) -> Option<Growth> {
+        let near_m = self.within_m(BEYOND) - BEFORE_CROWNS_M;
+        let all = (self.returns + self.low_returns).max(1) as f64;
+        let mut shares = self.growth_bins.iter().map(|bins| before(bins, near_m) as f64 / all);
+        let share = shares.next().filter(|share| self.returns >= LEAST && *share >= GROWTH_SHARE)?;
+        Some(Growth { share, bands: 1 + shares.take_while(|share| *share >= TALL_SHARE).count() })
     }
 
     /// The canopy's faces, where they do not lie about the axis.
@@ -168,7 +191,7 @@ mod tests {
                 across.add(-0.5 + n as f64 / (2 * LEAST) as f64, 1.0);
             }
             (0..low).for_each(|_| across.add(low_at_m, 0.3));
-            across.growth_in_alley()
+            across.growth_in_alley().map(|growth| growth.share)
         };
         let grass = share(-1.2, LEAST);
         assert!(grass.is_some_and(|share| (share - 1.0 / 3.0).abs() < 1e-9), "{grass:?}");
@@ -176,6 +199,27 @@ mod tests {
         assert_eq!(
             [share(-0.4, LEAST), share(0.2, LEAST), share(-1.2, LEAST / 100), share(-1.2, 0)],
             [None; 4]
+        );
+    }
+
+    #[test]
+    fn growth_reaches_as_high_as_it_stands_in_the_alley() {
+        let bands = |top_m: f64, at_m: f64| {
+            let mut across = Across::default();
+            for n in 0..10 * LEAST {
+                across.add(-0.5 + n as f64 / (10 * LEAST) as f64, 2.0);
+            }
+            // 3 % of the returns, evenly from the ground up.
+            for n in 0..LEAST / 3 {
+                across.add(at_m, top_m * (n as f64 + 0.5) / (LEAST / 3) as f64);
+            }
+            across.growth_in_alley().map(|growth| growth.bands)
+        };
+        assert_eq!([bands(0.3, -1.2), bands(0.6, -1.2), bands(1.0, -1.2)], [Some(1), Some(2), Some(3)]);
+        assert_eq!(bands(1.0, 0.0), None, "beneath the crowns");
+        assert_eq!(
+            [growth_band(0.1), growth_band(0.5), growth_band(1.49), growth_band(1.5)],
+            [Some(0), Some(1), Some(4), None]
         );
     }
 

@@ -22,7 +22,6 @@ pub(crate) struct Advance {
     step_m: Option<f64>,
     gaps: u64,
     unfilled_m: f64,
-    scanned_m: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +58,6 @@ impl Advance {
             step_m: None,
             gaps: 0,
             unfilled_m: 0.0,
-            scanned_m: 0.0,
         }
     }
 
@@ -94,7 +92,7 @@ impl Advance {
             way_m
         };
         self.open = Some(OpenLine { y_m, before_m: Some(filled_m / 2.0) });
-        Step::Opened(Some(self.weigh(open, filled_m / 2.0, way_m.min(step_m))))
+        Step::Opened(Some(Self::weigh(open, filled_m / 2.0, way_m.min(step_m))))
     }
 
     /// The longest way between two lines that they fill.
@@ -112,12 +110,11 @@ impl Advance {
     pub(crate) fn close(&mut self, nominal_step_m: f64) -> Option<Weighted> {
         let open = self.open.take()?;
         let step_m = self.step_m.unwrap_or(nominal_step_m);
-        Some(self.weigh(open, step_m / 2.0, step_m))
+        Some(Self::weigh(open, step_m / 2.0, step_m))
     }
 
-    fn weigh(&mut self, line: OpenLine, after_m: f64, step_m: f64) -> Weighted {
+    fn weigh(line: OpenLine, after_m: f64, step_m: f64) -> Weighted {
         let weight_m = line.before_m.unwrap_or(step_m / 2.0) + after_m;
-        self.scanned_m += weight_m;
         Weighted { y_m: line.y_m, weight_m }
     }
 
@@ -134,11 +131,6 @@ impl Advance {
     /// Way from the first line to the latest.
     pub(crate) fn advance_m(&self) -> Option<f64> {
         Some(self.last_y_m? - self.first_y_m?)
-    }
-
-    /// Sum of the weights given so far.
-    pub(crate) fn scanned_m(&self) -> f64 {
-        self.scanned_m
     }
 
     /// Gaps not filled, and the metres left out.
@@ -173,9 +165,8 @@ mod tests {
 
     #[test]
     fn evenly_spaced_lines_weigh_a_step_each_ends_included() {
-        let (w, advance) = weights(&[(0.0, 0), (0.1, 1), (0.2, 1), (0.3, 1)]);
+        let (w, _) = weights(&[(0.0, 0), (0.1, 1), (0.2, 1), (0.3, 1)]);
         close_to(&w, &[0.1; 4]);
-        assert!((advance.scanned_m() - 0.4).abs() < 1e-12);
     }
 
     #[test]
@@ -227,7 +218,6 @@ mod tests {
         let there_and_back = [(0.0, 0), (0.1, 1), (0.2, 1), (0.1, 1), (0.0, 1), (0.1, 1), (0.2, 1), (0.3, 1)];
         let (w, advance) = weights(&there_and_back);
         assert!((w.iter().sum::<f64>() - 0.4).abs() < 1e-12, "{w:?}");
-        assert!((advance.scanned_m() - 0.4).abs() < 1e-12);
         assert_eq!(advance.unfilled(), (0, 0.0));
     }
 

@@ -13,6 +13,7 @@
 //!   1.5 m²/m³ the bias was +7 % with voxels of 0.125 m, +2 % with 0.25 m (8 leaves a voxel) and under 1 % with 0.5 m,
 //!   which follow a crown's outline less well. A calibration holds it; the `voxel` estimator corrects it.
 
+use crate::across::{GROWTH_BANDS, growth_band};
 use crate::estimate::ContactReport;
 use crate::parameters::Parameters;
 use crate::voxels::{Voxel, Voxels, scatter_m};
@@ -36,6 +37,8 @@ pub(crate) struct Sampled {
     pub(crate) leaf_m2: f64,
     /// Of that, what the fill rule gives unvisited voxels.
     filled_m2: f64,
+    /// The same in layers that begin in a band in which growth is looked for ([`growth_band`]).
+    growth_m2: [f64; GROWTH_BANDS],
     visited: u64,
     unvisited: u64,
     /// Voxels that were hit.
@@ -61,6 +64,11 @@ impl Sampled {
         for layer in voxels.layers(density) {
             sampled.leaf_m2 += (layer.density + layer.filled) * per_density_m2;
             sampled.filled_m2 += layer.filled * per_density_m2;
+            if let Some(growth_m2) =
+                growth_band(layer.z_m[0]).and_then(|band| sampled.growth_m2.get_mut(band))
+            {
+                *growth_m2 += (layer.density + layer.filled) * per_density_m2;
+            }
             sampled.visited += u64::from(layer.visited);
             sampled.unvisited += u64::from(layer.unvisited);
         }
@@ -86,6 +94,9 @@ impl Sampled {
     pub(crate) fn add(&mut self, slice: &Self) {
         self.leaf_m2 += slice.leaf_m2;
         self.filled_m2 += slice.filled_m2;
+        for (sum_m2, slice_m2) in self.growth_m2.iter_mut().zip(slice.growth_m2) {
+            *sum_m2 += slice_m2;
+        }
         self.visited += slice.visited;
         self.unvisited += slice.unvisited;
         self.hit += slice.hit;
@@ -110,6 +121,12 @@ impl Sampled {
     /// Share of the hits whose voxel too few beams passed to tell a density; 0 without a hit.
     pub(crate) fn untold(&self) -> f64 {
         if self.hits_m > 0.0 { 1.0 - self.told_m / self.hits_m } else { 0.0 }
+    }
+
+    /// Share of the leaf area that stands no higher than growth that reaches up through so many bands.
+    pub(crate) fn within_growth(&self, bands: usize) -> f64 {
+        let low_m2: f64 = self.growth_m2.iter().take(bands).sum();
+        if self.leaf_m2 > 0.0 { (low_m2 / self.leaf_m2).min(1.0) } else { 0.0 }
     }
 
     /// Share of the row's voxels that too few beams reached.

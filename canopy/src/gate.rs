@@ -3,6 +3,7 @@
 //! A scan of misses is data: a gap in the row is a true zero. A scan whose device reports an error or a window too dirty to measure through is
 //! none, nor is one whose beams point outside its model's field. What is left out is counted by cause, and so is the row driven meanwhile.
 
+use rowscan_protocol::leftover::{LEFTOVERS, Leftover, LeftoverSet};
 use rowscan_protocol::scan::{Scan, is_level};
 use rowscan_protocol::validity::{DeviceStatus, FaultCounts, ScanFault};
 use serde::Serialize;
@@ -88,6 +89,8 @@ pub(crate) struct Gate {
     starting: Option<u64>,
     /// Scans used whose device warned of a dirty window.
     pub(crate) contaminated: u64,
+    /// Scans used that a setting took something from, by its place in [`LEFTOVERS`].
+    leftovers: [u64; LeftoverSet::MOST],
     excluded: [u64; Exclusion::ALL.len()],
     faults: FaultCounts,
     blind: Blind,
@@ -124,6 +127,7 @@ impl Default for Gate {
             marked: 0,
             starting: Some(0),
             contaminated: 0,
+            leftovers: [0; LeftoverSet::MOST],
             excluded: [0; Exclusion::ALL.len()],
             faults: FaultCounts::default(),
             blind: Blind::default(),
@@ -134,6 +138,11 @@ impl Default for Gate {
 impl Gate {
     pub(crate) fn within(&mut self, field: Field) {
         self.field = Some(field);
+    }
+
+    /// Settings that took something from scans used, each with how many.
+    pub(crate) fn leftovers(&self) -> impl Iterator<Item = (&'static Leftover, u64)> {
+        LEFTOVERS.iter().zip(self.leftovers).filter(|(_, scans)| *scans > 0)
     }
 
     /// The device has restarted, as far as the scans tell.
@@ -179,6 +188,9 @@ impl Gate {
         self.starting = None;
         self.valid += 1;
         self.contaminated += u64::from(scan.status == DeviceStatus::ContaminationWarning);
+        for (place, _) in scan.leftovers.iter() {
+            self.leftovers[place] += 1;
+        }
     }
 
     /// Counts a scan that is left out.

@@ -2,7 +2,7 @@
 
 mod warned;
 
-use crate::across::Faces;
+use crate::across::{Faces, Growth};
 use crate::by_height::{self, ByHeight};
 use crate::calibration::{Calibration, Optics};
 use crate::class::{Compared, Holds, Look, RowClass, ScanGeometry, Standing};
@@ -215,7 +215,10 @@ fn tell_how_sure(
         voxels: law.other_edge().and_then(|other| other.relative_sd).map(|sd| amplified * sd),
         sides: estimate.other_side.map(|_| amplified * uncertainty::SIDES_SD),
         outline: law.beyond_outline().map(uncertainty::outline_sd),
-        growth: pass.row.growth_in_alley().map(|share| amplified * uncertainty::without_growth(share)),
+        growth: pass.row.growth_in_alley().map(|growth| {
+            let share = pass.row.sampled_so_far().within_growth(growth.bands);
+            amplified * uncertainty::without_growth(share)
+        }),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
     // The error of the spot correction is part of a calibration on wide beams.
@@ -281,7 +284,7 @@ fn row(
 ) {
     let (leaves, measured) = (law.told(), law.measured());
     let totals = &pass.row.so_far();
-    let scanned_m = pass.advance.scanned_m();
+    let scanned_m = pass.row.scanned_m();
     estimate.advance_m = Some(pass.advance.advance_m().unwrap_or(0.0));
     estimate.advance_source = pass.odometry.source();
     estimate.scanned_m = Some(scanned_m);
@@ -340,7 +343,7 @@ fn row(
         let clearance_m = pass.row.frame().ground_clearance_m;
         estimate.warnings.push(Warning::Clearance { share, clearance_m });
     }
-    if let Some(share) = pass.row.growth_in_alley() {
+    if let Some(Growth { share, .. }) = pass.row.growth_in_alley() {
         let clearance_m = pass.row.frame().ground_clearance_m;
         estimate.warnings.push(Warning::GrowthInAlley { share, clearance_m });
     }
@@ -399,8 +402,17 @@ fn row(
     estimate.measures =
         pass.row.measures(scanned_m).into_iter().map(|measure: Measure| measure.told(measured)).collect();
     estimate.trees_found = pass.row.trees_found(measured);
-    let metres = pass.row.metres.iter();
-    estimate.slices.extend(metres.map(|cell| slice(cell, law.areas(&Sums::from(cell), cell.scanned_m))));
+    let metres = || pass.row.metres.iter();
+    estimate.slices.extend(metres().map(|cell| slice(cell, law.areas(&Sums::from(cell), cell.scanned_m))));
+    let refused = metres().filter(|cell| law.ranged(&Sums::from(*cell)).best().refused()).count() as u32;
+    if refused > 0 {
+        let estimator = law.counted().count.name();
+        estimate.warnings.push(Warning::MetresRefused {
+            estimator,
+            metres: refused,
+            of: metres().count() as u32,
+        });
+    }
     let other_echo = pass.other_echo.zip(pass.mount.echo);
     estimate.warnings.extend(other_echo.map(|(given, told)| Warning::OtherEcho { told, given }));
     match leaves {

@@ -194,6 +194,11 @@ impl Row {
         self.parameters.voxel_m
     }
 
+    /// Metres of row that lines stand for, so far.
+    pub(crate) fn scanned_m(&self) -> f64 {
+        self.totals.weights.0
+    }
+
     /// Share of the beams that look at the row and are unknown along most of it.
     pub(crate) fn unknown_share(&self) -> f64 {
         self.answers.unknown_share()

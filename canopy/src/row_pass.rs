@@ -80,7 +80,7 @@ impl RowPass {
             row: Row::new(rig, mount, parameters)?,
             open: OpenLine::default(),
             shares: Shares::new(&parameters),
-            deskew: mount.attitude().leans().then(Deskew::default),
+            deskew: mount.attitude().leans().then(|| Deskew::new(mount.meets_axis_m() - mount.offset_y_m)),
         })
     }
 

@@ -3,6 +3,7 @@
 mod words;
 
 use rowscan_protocol::host::SettingNote;
+use rowscan_protocol::leftover::Leftover;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice};
 use rowscan_protocol::validity::ScanFault;
@@ -106,6 +107,15 @@ pub enum Warning {
         estimator: &'static str,
         /// How many.
         trees: u32,
+    },
+    /// Metres of row whose own value lies so far outside the fitted range that it is withheld: those that are told do not sum to the row.
+    MetresRefused {
+        /// Estimator: `linear`, `power` or `contact`.
+        estimator: &'static str,
+        /// How many.
+        metres: u32,
+        /// Of so many.
+        of: u32,
     },
     /// Much of what was hit is denser than any foliage, as a wall or a sheet: leaf areas are withheld.
     NoFoliage {
@@ -218,6 +228,13 @@ pub enum Warning {
     },
     /// Scans that were used although the device warned of a dirty window.
     ContaminationWarning {
+        /// How many.
+        scans: u64,
+    },
+    /// Scans that were used although a setting of the device took something from them, as the recording tells.
+    LeftOn {
+        /// Which setting.
+        setting: &'static Leftover,
         /// How many.
         scans: u64,
     },
@@ -478,6 +495,7 @@ impl Warning {
             Self::OutsideFittedRange { refused: false, .. } => "outside_fitted_range",
             Self::OutsideFittedRange { refused: true, .. } => "refused",
             Self::TreesRefused { .. } => "trees_refused",
+            Self::MetresRefused { .. } => "metres_refused",
             Self::NoFoliage { .. } => "no_foliage",
             Self::MostlyWood { .. } => "mostly_wood",
             Self::BehindStart { .. } => "behind_start",
@@ -498,6 +516,7 @@ impl Warning {
             Self::Excluded { why: Exclusion::OtherLayer, .. } => "other_layer",
             Self::Excluded { .. } => "excluded",
             Self::ContaminationWarning { .. } => "contamination_warning",
+            Self::LeftOn { .. } => "setting_left_on",
             Self::TooMuchExcluded { .. } => "too_much_excluded",
             Self::NothingValid => "nothing_valid",
             Self::EncoderStood { .. } => "encoder_stood",

@@ -144,7 +144,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "scans_repeated",
         keys: COUNT,
-        tells: "scan telegrams that came again",
+        tells: "scan telegrams that came again; a poll that is answered with the scan of the last one counts",
         kind: Kind::Count(Count::ScansRepeated),
     },
     What {

@@ -7,7 +7,7 @@ use std::time::Duration;
 use rowscan_canopy::{Estimate, Pipeline};
 use rowscan_emulator::{CountReader, ScannerCounts};
 use rowscan_protocol::counting::Counting;
-use rowscan_protocol::heard_echo::EchoInForce;
+use rowscan_protocol::heard_settings::SettingsInForce;
 use rowscan_protocol::host::HostEvent;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
@@ -65,7 +65,7 @@ pub(crate) struct Stream {
     /// How long in the drive nobody took the device's scans, and how long it was so at the end; none where it does not tell.
     pub(crate) unheard: Option<Unheard>,
     /// What its conversations tell of its echo.
-    echo: EchoInForce,
+    echo: SettingsInForce,
     /// When scans were delivered.
     pub(crate) scan_times: Vec<SimTime>,
     /// When each of the drive's scans was delivered, and where along the row the estimate had it, metres.
@@ -123,7 +123,7 @@ impl Stream {
             passed: Vec::new(),
             changes: Vec::new(),
             estimate: None,
-            echo: EchoInForce::default(),
+            echo: SettingsInForce::default(),
         }
     }
 
@@ -457,7 +457,7 @@ impl Connection {
         let mut ear = self.ear();
         // The echo is the device's, whichever connection it was set on.
         let known = self.witness.lock().streams.get(&self.device).map(|stream| stream.echo);
-        if let (Some(heard), Some(known)) = (ear.reader.heard_echo(), known) {
+        if let (Some(heard), Some(known)) = (ear.reader.heard_settings(), known) {
             heard.set_in_force(known);
         }
         ear.reader.push(Duration::from_nanos(at.0), &packet);
@@ -465,7 +465,7 @@ impl Connection {
             return;
         }
         self.take(&mut ear, at);
-        let known = ear.reader.heard_echo().map(|heard| heard.in_force());
+        let known = ear.reader.heard_settings().map(|heard| heard.in_force());
         if let (Some(known), Some(stream)) = (known, self.witness.lock().streams.get_mut(&self.device)) {
             stream.echo = known;
         }

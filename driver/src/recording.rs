@@ -9,7 +9,7 @@ use rowscan_protocol::compact::SegmentCounts;
 use rowscan_protocol::host::{HostEvent, OtherSender};
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::Scan;
-use rowscan_recording::{DeviceEchoes, Packet, ScanReader, Side, StreamInfo, StreamKind, Tap, device_of};
+use rowscan_recording::{DeviceSettings, Packet, ScanReader, Side, StreamInfo, StreamKind, Tap, device_of};
 
 use crate::clock::HostTime;
 use crate::error::DriverError;
@@ -30,8 +30,8 @@ pub(crate) struct Recording {
     chosen: Option<usize>,
     /// A listening session a stream, until one is chosen.
     clients: BTreeMap<usize, ScanReader>,
-    /// What conversations with the scanner tell of its echo, in whichever streams they stand.
-    echoes: DeviceEchoes,
+    /// What conversations with the scanner tell of its settings, in whichever streams they stand.
+    settings: DeviceSettings,
     /// The stream of the last packet that went to a session, until it is known what was heard in it.
     taken: Option<usize>,
     /// Streams of scanners that are not read.
@@ -67,7 +67,7 @@ impl Recording {
             wanted: stream.map(str::to_owned),
             chosen: None,
             clients: BTreeMap::new(),
-            echoes: DeviceEchoes::default(),
+            settings: DeviceSettings::default(),
             taken: None,
             current: 0,
             max_payload,
@@ -114,10 +114,10 @@ impl Recording {
         let Some(stream) = streams.get(packet.stream) else { return };
         // All its events have been taken by now.
         if let Some(taken) = self.taken.take()
-            && let Some(heard) = self.clients.get_mut(&taken).and_then(ScanReader::heard_echo)
+            && let Some(heard) = self.clients.get_mut(&taken).and_then(ScanReader::heard_settings)
             && let Some(taken) = streams.get(taken)
         {
-            self.echoes.learn(streams, &taken.name, heard);
+            self.settings.learn(streams, &taken.name, heard);
         }
         let wanted = match (self.chosen, &self.wanted) {
             (Some(chosen), _) => chosen == packet.stream,
@@ -131,7 +131,7 @@ impl Recording {
         let read = self.chosen.and_then(|chosen| streams.get(chosen)).map(|chosen| &chosen.name);
         let read = read.or(self.wanted.as_ref()).or(self.preferred.as_ref());
         if !wanted && read.is_some_and(|read| device_of(streams, read) == device_of(streams, &stream.name)) {
-            self.echoes.overhear(streams, &packet);
+            self.settings.overhear(streams, &packet);
         }
         let known = self.clients.contains_key(&packet.stream);
         let reader = if known { None } else { ScanReader::new(stream.kind, self.max_payload) };
@@ -141,12 +141,12 @@ impl Recording {
         self.bytes += packet.bytes.len() as u64;
         self.tap.record(packet.from.unwrap_or(Side::Device), &packet.bytes);
         self.clients.extend(reader.map(|reader| (packet.stream, reader)));
-        if let Some(heard) = self.clients.get_mut(&packet.stream).and_then(ScanReader::heard_echo) {
-            self.echoes.tell(streams, &stream.name, heard);
+        if let Some(heard) = self.clients.get_mut(&packet.stream).and_then(ScanReader::heard_settings) {
+            self.settings.tell(streams, &stream.name, heard);
         }
         self.taken = Some(packet.stream);
         if packet.from == Some(Side::Host) {
-            // It was asked for an echo, perhaps.
+            // It was set to something, perhaps.
             if let Some(client) = self.clients.get_mut(&packet.stream) {
                 client.push(self.received.0, &packet);
             }

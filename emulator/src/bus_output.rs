@@ -82,18 +82,16 @@ impl BusOutput {
             faults,
         };
         if open && !held {
-            output.first = output.opened(SimTime::ZERO, false);
+            output.first = output.opened(SimTime::ZERO);
         }
         output
     }
 
-    /// What is said when a port opens; settled where the tractor has been on the bus for long.
-    fn opened(&mut self, at: SimTime, settled: bool) -> Vec<(Speaker, CanFrame)> {
+    /// What is said when a port opens. The tractor has been on its bus for long, whoever comes to it and on whatever clock: its address stands, and
+    /// it speaks at once.
+    fn opened(&mut self, at: SimTime) -> Vec<(Speaker, CanFrame)> {
         let mut frames = Vec::new();
-        match settled {
-            true => self.ecu.open_settled(at, &mut frames),
-            false => self.ecu.open(at, &mut frames),
-        }
+        self.ecu.open_settled(at, &mut frames);
         let mut said: Vec<_> = frames.drain(..).map(|frame| (Speaker::Tractor, frame)).collect();
         for (place, function) in self.functions.iter_mut().enumerate() {
             function.open(at, &mut frames);
@@ -186,7 +184,7 @@ impl BusOutput {
             PortEvent::Opened => {
                 self.open = true;
                 if !self.held {
-                    replies = self.opened(at, false);
+                    replies = self.opened(at);
                 }
             }
             PortEvent::Frame(frame) => {
@@ -211,10 +209,10 @@ impl BusOutput {
         self.open
     }
 
-    /// The drive has started. Where time stood until then, the tractor has stood long enough to have its address: speeds are told from the start on.
+    /// The drive has started.
     pub(crate) fn begin(&mut self, at: SimTime) {
         if std::mem::take(&mut self.held) && self.open {
-            self.first = self.opened(at, true);
+            self.first = self.opened(at);
         }
     }
 

@@ -16,7 +16,7 @@ use core::time::Duration;
 
 use crate::compact::SegmentCounts;
 use crate::frame::{Dialect, FrameCounts};
-use crate::heard_echo::HeardEcho;
+use crate::heard_settings::HeardSettings;
 use crate::leftover::Leftover;
 use crate::lms2xx::Rate;
 use crate::reading::Reading;
@@ -79,8 +79,8 @@ pub trait HostSession: fmt::Debug {
         &[]
     }
 
-    /// Of a session that only listens, which echo it has heard of: scans are told by it ([`Scan::echo`]).
-    fn heard_echo(&mut self) -> Option<&mut HeardEcho> {
+    /// Of a session that only listens, which settings it has heard of: scans are told by them ([`Scan::echo`], [`Scan::leftovers`]).
+    fn heard_settings(&mut self) -> Option<&mut HeardSettings> {
         None
     }
 

@@ -80,7 +80,35 @@ pub static LEFTOVERS: &[Leftover] = &[
     row("LFPintervalFilter", Family::Compact, Neutral::Off, "its filter of turns (LFPintervalFilter) was on, and most turns were not sent"),
 ];
 
+/// Settings of [`LEFTOVERS`] that take something away: 16 at most.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LeftoverSet(u16);
+
+impl LeftoverSet {
+    /// Places that a set can hold.
+    pub const MOST: usize = u16::BITS as usize;
+
+    /// Those in it, by their places in [`LEFTOVERS`].
+    pub fn iter(self) -> impl Iterator<Item = (usize, &'static Leftover)> {
+        LEFTOVERS.iter().enumerate().filter(move |(place, _)| self.0 >> place & 1 == 1)
+    }
+
+    /// The setting of this name takes something away from now on, or does not; names that are none of [`LEFTOVERS`] change nothing.
+    pub(crate) fn set(&mut self, name: &str, takes: bool) {
+        if let Some(place) = LEFTOVERS.iter().position(|row| row.name == name) {
+            self.0 = self.0 & !(1 << place) | u16::from(takes) << place;
+        }
+    }
+}
+
 impl Leftover {
+    /// True if a value of the setting `name` takes something away, as far as that is known without the model; `None` of another setting, and of what is not of
+    /// its form.
+    pub(crate) fn takes(name: &str, value: Args<'_>) -> Option<bool> {
+        let row = LEFTOVERS.iter().find(|row| row.name == name)?;
+        row.put_right(None, value).ok().map(|put_right| put_right.is_some())
+    }
+
     /// Those that a scanner of `model` may have; all where it is not known.
     pub fn of(model: Option<&Model>) -> impl Iterator<Item = &'static Self> {
         let compact = model.map(|model| model.compact.is_some());

@@ -81,7 +81,7 @@ pub mod device;
 #[cfg(feature = "telegrams")]
 pub mod frame;
 #[cfg(feature = "telegrams")]
-pub mod heard_echo;
+pub mod heard_settings;
 #[cfg(feature = "telegrams")]
 pub mod host;
 #[cfg(feature = "telegrams")]

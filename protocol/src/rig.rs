@@ -335,6 +335,21 @@ impl Mount {
         }
     }
 
+    /// How far ahead of its mirror the scanner sees what is so far across and up from it, metres; `None` where no beam of its plane goes there.
+    pub fn ahead_m(&self, across_m: f64, up_m: f64) -> Option<f64> {
+        let Axes { to_row, up, .. } = self.attitude().axes();
+        let area = to_row[0] * up[2] - to_row[2] * up[0];
+        let (cos, sin) =
+            ((across_m * up[2] - up_m * up[0]) / area, (up_m * to_row[0] - across_m * to_row[2]) / area);
+        let ahead_m = cos * to_row[1] + sin * up[1];
+        ahead_m.is_finite().then_some(ahead_m)
+    }
+
+    /// Where the scan plane meets the row's axis, metres ahead of the rig's reference point, at the height of the mirror. A line of an estimate lies there.
+    pub fn meets_axis_m(&self) -> f64 {
+        self.offset_y_m + self.ahead_m(self.distance_m, 0.0).unwrap_or(0.0)
+    }
+
     /// Refuses a place or an attitude that no scanner has.
     fn validate(&self) -> Result<(), RigError> {
         within("scanner.distance_m", self.distance_m, 0.0, 100.0)?;
@@ -357,6 +372,13 @@ impl Rig {
     /// Y of the tractor `travel_s` seconds after its first scan line, metres.
     pub fn y_m(&self, travel_s: f64) -> f64 {
         self.start_m + self.speed_m_s * travel_s
+    }
+
+    /// Y of the first line of a scanner's estimate, metres: where its plane meets the row's axis when the tractor starts. The first scanner's where the rig has no
+    /// such scanner.
+    pub fn first_line_m(&self, scanner: usize) -> f64 {
+        let mount = self.scanners.get(scanner).or(self.scanners.first());
+        self.start_m + mount.map_or(0.0, Mount::meets_axis_m)
     }
 
     /// Refuses values that no rig has, and none could be measured with.

@@ -6,6 +6,7 @@ use core::time::Duration;
 
 use crate::angle::BeamGrid;
 use crate::echo::EchoChoice;
+use crate::leftover::LeftoverSet;
 use crate::validity::DeviceStatus;
 
 /// The range of a beam that came back without an echo. Misses are data: a canopy estimate without them is biased.
@@ -58,6 +59,8 @@ pub struct Scan {
     pub echoes: Vec<Echo>,
     /// Which echo the first of them is, where what was said to the device, and answered, tells; a telegram alone does not.
     pub echo: Option<EchoChoice>,
+    /// Settings that take something from it, where what was said to the device, and answered, tells.
+    pub leftovers: LeftoverSet,
     /// Encoder readings, empty unless configured.
     pub encoders: Vec<EncoderReading>,
     /// The device's name, empty unless configured.

@@ -35,7 +35,7 @@ mod copy;
 #[cfg(feature = "files")]
 mod describer;
 #[cfg(feature = "files")]
-mod device_echoes;
+mod device_settings;
 #[cfg(feature = "files")]
 mod error;
 #[cfg(feature = "files")]
@@ -87,7 +87,7 @@ pub use copy::{Copied, CopyError, copy};
 #[cfg(feature = "files")]
 pub use describer::Describer;
 #[cfg(feature = "files")]
-pub use device_echoes::{DATAGRAMS, DeviceEchoes, device_of};
+pub use device_settings::{DATAGRAMS, DeviceSettings, device_of};
 #[cfg(feature = "files")]
 pub use error::RecordError;
 #[cfg(feature = "files")]

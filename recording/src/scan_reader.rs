@@ -5,7 +5,7 @@ use std::time::Duration;
 use rowscan_protocol::client::ColaClient;
 use rowscan_protocol::compact::{CompactListener, SegmentCounts};
 use rowscan_protocol::frame::FrameCounts;
-use rowscan_protocol::heard_echo::HeardEcho;
+use rowscan_protocol::heard_settings::HeardSettings;
 use rowscan_protocol::host::{HostEvent, HostSession, OtherSender};
 use rowscan_protocol::lms2xx::client::Lms2xxClient;
 use rowscan_protocol::scan::Scan;
@@ -36,7 +36,7 @@ impl ScanReader {
     }
 
     /// Takes a packet of the stream that came at `at`, any epoch. What the host asked for is heard: it tells which echo the scans behind it hold
-    /// ([`Scan::echo`]).
+    /// ([`Scan::echo`]), and what was taken from them ([`Scan::leftovers`]).
     pub fn push(&mut self, at: Duration, packet: &Packet) {
         if packet.from == Some(Side::Host) {
             self.0.overhear(&packet.bytes, packet.joint != Joint::Seamless);
@@ -59,9 +59,9 @@ impl ScanReader {
         self.0.handle_end();
     }
 
-    /// Which echo it has heard of; none of a protocol that has no such setting.
-    pub fn heard_echo(&mut self) -> Option<&mut HeardEcho> {
-        self.0.heard_echo()
+    /// Which settings it has heard of; none of a protocol that has no such settings.
+    pub fn heard_settings(&mut self) -> Option<&mut HeardSettings> {
+        self.0.heard_settings()
     }
 
     /// The next event: scans, and telegrams that cannot be read.

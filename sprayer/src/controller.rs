@@ -82,27 +82,12 @@ struct Sight {
     ahead_m: Vec<Option<[f64; 2]>>,
 }
 
-/// How far ahead of its mirror a scanner sees what is so far across and up from it, metres; `None` where no beam of its plane goes there.
-fn ahead_m(mount: &Mount, across_m: f64, up_m: f64) -> Option<f64> {
-    let Axes { to_row, up, .. } = mount.attitude().axes();
-    let area = to_row[0] * up[2] - to_row[2] * up[0];
-    let (cos, sin) =
-        ((across_m * up[2] - up_m * up[0]) / area, (up_m * to_row[0] - across_m * to_row[2]) / area);
-    let ahead_m = cos * to_row[1] + sin * up[1];
-    ahead_m.is_finite().then_some(ahead_m)
-}
-
-/// Where a scanner's plane meets the row's axis, metres ahead of the rig's reference point, at the height of the mirror.
-pub fn meets_axis_m(mount: &Mount) -> f64 {
-    mount.offset_y_m + ahead_m(mount, mount.distance_m, 0.0).unwrap_or(0.0)
-}
-
 /// How far the foremost nozzle is ahead of the place where the scanners of its side meet the row's axis, metres; `None` where no nozzle is. Such a nozzle passes
 /// leaves before any scanner has seen them, and opens late.
 pub fn nozzles_ahead_m(boom: &Boom, mounts: &[Mount]) -> Option<f64> {
     let first_m = |side: Side| {
         let of_side = mounts.iter().filter(|mount| Side::from(mount.row) == side);
-        of_side.map(meets_axis_m).fold(f64::NEG_INFINITY, f64::max)
+        of_side.map(Mount::meets_axis_m).fold(f64::NEG_INFINITY, f64::max)
     };
     let ahead_m =
         boom.nozzles().iter().map(|nozzle| nozzle.ahead_m - first_m(nozzle.side)).fold(0.0, f64::max);
@@ -141,7 +126,7 @@ impl Controller {
                 .iter()
                 .map(|Nozzle { height, .. }| {
                     let near_m = (mount.distance_m - BEHIND_AXIS_M).max(NEAR_M);
-                    ahead_m(mount, near_m, 0.5 * (height.from + height.to) - mount.height_m).unwrap_or(0.0)
+                    mount.ahead_m(near_m, 0.5 * (height.from + height.to) - mount.height_m).unwrap_or(0.0)
                 })
                 .collect(),
             side: mount.row.into(),

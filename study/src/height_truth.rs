@@ -19,7 +19,7 @@ pub struct TruthByBand {
 }
 
 impl TruthByBand {
-    /// Measures a row in bands of this height; an estimate of it began at `start_m`.
+    /// Measures a row in bands of this height; the first line of an estimate of it lies at `start_m`.
     pub fn of((orchard, seen): (&Orchard, SeenRow), band_m: f64, start_m: f64) -> Self {
         let count = (orchard.period_m() / CELL_M).round();
         let count = if (1.0..=MOST).contains(&count) { count as usize } else { 0 };

@@ -189,7 +189,7 @@ fn pass(
         }
     })?;
     let truth = TruthBySlab::of(&set);
-    let bands = TruthByBand::of((&set.orchard, set.row_seen(0)), band_m, rig.start_m);
+    let bands = TruthByBand::of((&set.orchard, set.row_seen(0)), band_m, rig.first_line_m(0));
     let beams = if eye { "eye" } else { "rays" };
     let spacing_m = rig.tree_spacing_m.unwrap_or(1.0);
     Ok(pipelines

@@ -57,7 +57,7 @@ pub fn beside_truth(estimate: &Estimate, scanner: usize, truth: Option<(&Stage, 
     let appraisal = truth.map(|(stage, rig)| {
         let mount = rig.scanners.get(scanner).cloned().unwrap_or_default();
         let seen = (&*stage.orchard, stage.row_seen(scanner));
-        (Appraisal::of(seen, &mount, rig.ground_clearance_m), rig.start_m)
+        (Appraisal::of(seen, &mount, rig.ground_clearance_m), rig.first_line_m(scanner))
     });
     let stretch = appraisal.as_ref().map(|(truth, start_m)| scanned(truth, estimate, *start_m));
     Beside::of_row(estimate, stretch.as_ref())
@@ -76,7 +76,7 @@ impl Beside {
     }
 }
 
-/// The piece of the row that an estimate is of, which began at `start_m` of the row.
+/// The piece of the row that an estimate is of, whose first line lies at `start_m` of the row.
 fn scanned<'a>(appraisal: &'a Appraisal, estimate: &Estimate, start_m: f64) -> Stretch<'a> {
     appraisal.stretch(start_m, start_m + estimate.scanned_m.unwrap_or(0.0))
 }

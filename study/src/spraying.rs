@@ -4,11 +4,12 @@ use rowscan_emulator::offline::{Offline, SetUpError};
 use rowscan_emulator::stage::{Stage, StageError};
 use rowscan_protocol::client::ColaConfig;
 use rowscan_protocol::model::AnyModel;
+use rowscan_protocol::rig::Mount;
 use rowscan_protocol::scan::Scan;
 use rowscan_protocol::time::SimTime;
 use rowscan_protocol::validity::ScanFault;
 use rowscan_sprayer::boom::{Side, Zone};
-use rowscan_sprayer::controller::{LEAST_BEAMS, meets_axis_m};
+use rowscan_sprayer::controller::LEAST_BEAMS;
 use rowscan_sprayer::{Boom, Command, CommandLog, Controller, ControllerError, Drive, Pass, Target};
 use rowscan_vehicle::Tractor;
 
@@ -132,7 +133,7 @@ pub fn spray(
     // Where the first scans meet the row's axis, on either side.
     for side in [Side::Left, Side::Right] {
         let mounts = stage.rig.scanners.iter().filter(|mount| Side::from(mount.row) == side);
-        let first_m = stage.rig.start_m + mounts.map(meets_axis_m).fold(f64::INFINITY, f64::min);
+        let first_m = stage.rig.start_m + mounts.map(Mount::meets_axis_m).fold(f64::INFINITY, f64::min);
         if first_m.is_finite() {
             boom.no_spray.push(Zone { y_from_m: first_m - FAR_M, y_to_m: first_m, side: Some(side) });
         }

@@ -72,6 +72,7 @@ mod pty;
 mod record;
 mod record_lms2xx;
 mod recorded_echo;
+mod recorded_settings;
 mod recordings;
 mod reference;
 mod replay;

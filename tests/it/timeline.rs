@@ -221,6 +221,35 @@ async fn a_client_that_only_polls_moves_the_tractor_on_a_paced_clock() {
     assert!(seen.iter().skip(5).all(|payload| ranges(payload) != first), "the row passes by");
 }
 
+/// The tractor has been on its bus for long, whatever the clock: who judges a controller by the first metres gives it the speed of them.
+#[tokio::test(start_paused = true)]
+async fn speeds_are_on_the_bus_from_the_start_of_the_drive_on() {
+    for scale in [TimeScale::Max, TimeScale::Paced(1.0), TimeScale::Paced(4.0)] {
+        let stage = Stage::grow(small_scene(), &|_, _| {}).expect("it grows");
+        let tractor = stage.tractor();
+        let mut rig = Rig::new(tractor.clone(), scale);
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("can");
+        let ecu = TractorEcu::new(tractor.clone(), stage.receiver());
+        rig.bus("can0", ecu, log(&path).await, None, &Taps::default());
+        let (device, world) =
+            stage.scanner_on(&tractor, 0, model::by_name("lms111").expect("known")).expect("fits");
+        let mut emulator = rig.scanner(device, world, EmulatorConfig::default());
+        let client = attach(&mut emulator);
+        let running = rig.run();
+        scans(client, 50).await;
+        drop((running, emulator));
+        let told = std::fs::read_to_string(&path).expect("written");
+        let first_s = |pgn: &str| {
+            let line =
+                told.lines().find(|line| line.contains(pgn)).unwrap_or_else(|| panic!("no {pgn}: {told}"));
+            line[1..].split(')').next().and_then(|time| time.parse::<f64>().ok()).expect("a time")
+        };
+        let (claimed_s, speed_s) = (first_s("EEFFF0#"), first_s("FE48F0#"));
+        assert!((0.0..=0.1).contains(&(speed_s - claimed_s)), "{scale:?}: {claimed_s} {speed_s}");
+    }
+}
+
 #[tokio::test]
 async fn a_rig_without_a_scanner_starts_with_its_first_client() {
     let stage = Stage::grow(small_scene(), &|_, _| {}).expect("it grows");

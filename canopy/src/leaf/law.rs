@@ -151,7 +151,7 @@ impl<'a> Law<'a> {
             row: Sums::from(&totals),
             row_spacing_m: pass.rig.row_spacing_m,
             tree_spacing_m: pass.rig.tree_spacing_m,
-            scanned_m: pass.advance.scanned_m(),
+            scanned_m: pass.row.scanned_m(),
         }
     }
 

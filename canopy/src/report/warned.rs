@@ -59,6 +59,7 @@ pub(super) fn warn_of_excluded(estimate: &mut Estimate, gate: &Gate) {
         warnings.push(Warning::Unreadable { fault: fault.clone(), telegrams });
     }
     warnings.extend(gate.causes().map(|(why, scans)| Warning::Excluded { why, scans }));
+    warnings.extend(gate.leftovers().map(|(setting, scans)| Warning::LeftOn { setting, scans }));
     if gate.contaminated > 0 {
         warnings.push(Warning::ContaminationWarning { scans: gate.contaminated });
     }

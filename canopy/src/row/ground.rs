@@ -1,7 +1,7 @@
 //! Whether the ground and the row lie where the rig has them, as far as the scans tell.
 
 use super::{Row, Totals};
-use crate::across::Faces;
+use crate::across::{Faces, Growth};
 use crate::answers::Answers;
 use crate::contact::Sampled;
 use crate::ground_line::OtherSlope;
@@ -78,8 +78,8 @@ impl Row {
         self.across.elsewhere().filter(|faces| matters || faces.far_m > gate_m)
     }
 
-    /// Share of the canopy's returns that grass and weeds in the alley are; `None` where it is small.
-    pub(crate) fn growth_in_alley(&self) -> Option<f64> {
+    /// Grass and weeds in the alley; `None` where they are few.
+    pub(crate) fn growth_in_alley(&self) -> Option<Growth> {
         self.across.growth_in_alley()
     }
 

@@ -110,15 +110,12 @@ pub(crate) fn outline_sd(beyond: f64) -> f64 {
     BY_OUTLINE * beyond
 }
 
-/// What growth in the alley adds to a raw leaf area, over its share of the returns: it stands on its own, and each return of it counts for more leaf than one of
-/// a crown. Grass of 0.25 to 0.5 m and 400 to 1000 blades a square metre: 2.0 to 2.4.
-const BY_GROWTH: f64 = 2.5;
-/// Share of the returns beyond which nothing is left to tell of a row.
-const MOST_GROWTH: f64 = 0.9;
+/// Share of a leaf area beyond which nothing is left to tell of a row.
+const MOST_GROWTH: f64 = 0.95;
 
-/// The logarithm of a raw leaf area without the growth that has this share of the returns, over that with it.
+/// The logarithm of a raw leaf area without what stands no higher than growth in the alley, over that with it; `share` of it does.
 pub(crate) fn without_growth(share: f64) -> f64 {
-    BY_GROWTH * (1.0 - share.min(MOST_GROWTH)).ln()
+    (1.0 - share.min(MOST_GROWTH)).ln()
 }
 
 /// The relative standard deviation of a product of independent factors, from theirs: the root of the sum of squares. Every cause of error that

@@ -98,6 +98,11 @@ impl fmt::Display for Warning {
                 let trees = plural((*trees).into(), "tree lies", "trees lie");
                 write!(f, "{trees} far outside the range {estimator} was fitted on: withheld")
             }
+            Self::MetresRefused { estimator, metres, of } => write!(
+                f,
+                "{metres} of {} of row lie far outside the range {estimator} was fitted on: withheld, and the others do not sum to the row",
+                plural((*of).into(), "metre", "metres")
+            ),
             Self::MostlyWood { leaf, calibrated: false } => write!(
                 f,
                 "{:.0} % of the row's surface is leaf, by its class (`wood_share`): leaf areas are withheld, because without a calibration wood counts as leaf",
@@ -194,8 +199,9 @@ impl fmt::Display for Warning {
             }
             Self::TurnsLeftOut { turns, of } => write!(
                 f,
-                "the scanner left out {turns} of {} of its mirror; a virtual scanner does so where its machine is too slow for real time: let it run \
-                 slower (--time-scale 0.5), or as fast as it can (--time-scale max)",
+                "no scan came of {turns} of {} of the mirror, beyond one in every so many that were asked for at first; a client that set another output interval \
+                 (LMDscandatacfg) meanwhile leaves them out, and so does a virtual scanner whose machine is too slow for real time: let that run slower \
+                 (--time-scale 0.5), or as fast as it can (--time-scale max)",
                 plural(*of, "turn", "turns")
             ),
             Self::CountersContradict { scans } => write!(
@@ -216,6 +222,12 @@ impl fmt::Display for Warning {
                 let scans = plural(*scans, "scan, which was", "scans, which were");
                 write!(f, "the device warns of a dirty window in {scans} used: clean the window")
             }
+            Self::LeftOn { setting, scans } => write!(
+                f,
+                "{}, in {}: areas and leaf areas are of what that left; scan again without it",
+                setting.found,
+                plural(*scans, "scan used", "scans used")
+            ),
             Self::TooMuchExcluded { share, limit } => write!(
                 f,
                 "{:.1} % of the row has no valid scan, the rig's max_excluded allows {:.1} %: areas are withheld",

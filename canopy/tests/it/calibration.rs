@@ -5,7 +5,9 @@ use crate::rows_law::contact_of;
 use rowscan_canopy::calibration::{
     CalibrationError, ClumpingBy, ContactScale, FitQuality, FittedRange, RegressionKind,
 };
-use rowscan_canopy::{Calibration, EdgeBy, Estimate, FitError, Parameters, Pipeline, Sample, Withheld, fit};
+use rowscan_canopy::{
+    Calibration, EdgeBy, Estimate, FitError, Parameters, Pipeline, Sample, Warning, Withheld, fit,
+};
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Orientation, Rig};
 use rowscan_protocol::scan::NO_ECHO;
@@ -387,6 +389,13 @@ fn outside_the_fitted_range_is_said_and_far_outside_withheld() {
     assert_eq!(far.trees[0].leaf.areas.best_m2().ok(), None);
     assert!(far.leaf.areas.contact_raw_m2().ok().unwrap() > 0.0);
     assert!(warnings(&far).contains(&"refused") && warnings(&far).contains(&"trees_refused"));
+    let null = far.slices.iter().filter(|slice| slice.leaf.areas.best_m2().is_err()).count();
+    let told = far.warnings.iter().find_map(|warning| match warning {
+        Warning::MetresRefused { metres, of, .. } => Some((*metres as usize, *of as usize)),
+        _ => None,
+    });
+    assert_eq!(told, Some((null, far.slices.len())), "{:?}", far.warnings);
+    assert!(null > 0 && !warnings(&outside).contains(&"metres_refused"), "{null}");
 
     // Thin rows: the line is withheld, the proportion is not.
     let thin = calibrated(around(impacted * 10.0, contact * 10.0), &orchard_rig());

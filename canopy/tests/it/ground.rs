@@ -88,21 +88,7 @@ fn a_clearance_that_takes_leaves_for_ground_is_told() {
 /// it, are not.
 #[test]
 fn grass_in_the_alley_is_told_and_the_interval_reaches_to_the_row_without_it() {
-    let mount = Mount::default();
-    let row = |grass_m: f64, clearance_m: f64| {
-        let told = Rig { ground_clearance_m: clearance_m, scanners: vec![mount.clone()], ..orchard_rig() };
-        let mut on_ground = ranges_on_ground(mount.height_m, mount.distance_m, 0.0);
-        let scans = drive(&told, lms111(), 50, 400, |y_m, theta| {
-            let behind = on_ground(y_m, theta);
-            // Blades in one beam of three, 0.7 to 1.2 m before the mirror: the crown begins at 1.65 m.
-            let across_m = 0.7 + 0.5 * scatter(2.0 * theta, y_m);
-            let stands = scatter(theta, 3.0 * y_m) < 1.0 / 3.0;
-            let range_m = across_m / theta.cos();
-            let above_m = mount.height_m + range_m * theta.sin();
-            if stands && range_m < behind && (0.0..grass_m).contains(&above_m) { range_m } else { behind }
-        });
-        estimate(&told, &scans)
-    };
+    let row = |grass_m: f64, clearance_m: f64| grassy_row(grass_m, 1.0 / 3.0, clearance_m);
     let mown = row(0.0, 0.1);
     let low_m2 = mown.leaf.areas.best_m2().unwrap();
     for (grass_m, clearance_m) in [(0.05, 0.1), (0.0, 0.1), (0.3, 0.35)] {
@@ -110,8 +96,9 @@ fn grass_in_the_alley_is_told_and_the_interval_reaches_to_the_row_without_it() {
         assert!(!warned(&found, "growth_in_alley"), "{grass_m} {clearance_m}: {:?}", found.warnings);
         assert!(found.leaf.uncertainty.unwrap().growth.is_none());
     }
-    for grass_m in [0.3, 0.4] {
-        let found = row(grass_m, 0.1);
+    // Tall blades stand in fewer beams.
+    for (grass_m, stands) in [(0.3, 1.0 / 3.0), (0.4, 1.0 / 3.0), (0.7, 0.1)] {
+        let found = grassy_row(grass_m, stands, 0.1);
         assert!(warned(&found, "growth_in_alley"), "{grass_m}: {:?}", found.warnings);
         let leaf_m2 = found.leaf.areas.best_m2().unwrap();
         let shift = found.leaf.uncertainty.unwrap().growth.unwrap();
@@ -119,7 +106,27 @@ fn grass_in_the_alley_is_told_and_the_interval_reaches_to_the_row_without_it() {
             leaf_m2 > 1.02 * low_m2 && leaf_m2 * shift.exp() < 1.02 * low_m2,
             "{grass_m}: {leaf_m2} {low_m2} {shift}"
         );
+        // No lower than what of the crown stands below the blades' tops, and what they shade.
+        let of_crown = (grass_m - 0.6).max(0.0) / 2.2 + 0.1;
+        assert!(leaf_m2 * shift.exp() > (0.95 - of_crown) * low_m2, "{grass_m}: {leaf_m2} {low_m2} {shift}");
     }
+}
+
+/// A row of which a share of the beams meets blades of grass in the alley, up to `grass_m`.
+fn grassy_row(grass_m: f64, share: f64, clearance_m: f64) -> Estimate {
+    let mount = Mount::default();
+    let told = Rig { ground_clearance_m: clearance_m, scanners: vec![mount.clone()], ..orchard_rig() };
+    let mut on_ground = ranges_on_ground(mount.height_m, mount.distance_m, 0.0);
+    let scans = drive(&told, lms111(), 50, 400, |y_m, theta| {
+        let behind = on_ground(y_m, theta);
+        // Blades 0.7 to 1.2 m before the mirror: the crown begins at 1.65 m.
+        let across_m = 0.7 + 0.5 * scatter(2.0 * theta, y_m);
+        let stands = scatter(theta, 3.0 * y_m) < share;
+        let range_m = across_m / theta.cos();
+        let above_m = mount.height_m + range_m * theta.sin();
+        if stands && range_m < behind && (0.0..grass_m).contains(&above_m) { range_m } else { behind }
+    });
+    estimate(&told, &scans)
 }
 
 #[test]

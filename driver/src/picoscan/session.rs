@@ -7,7 +7,7 @@ use std::time::Duration;
 use rowscan_protocol::challenge::{REALM, response};
 use rowscan_protocol::compact::{CompactListener, SegmentCounts};
 use rowscan_protocol::frame::FrameCounts;
-use rowscan_protocol::heard_echo::EchoInForce;
+use rowscan_protocol::heard_settings::SettingsInForce;
 use rowscan_protocol::host::{DeviceInfo, HostEvent, HostSession, Language, OtherSender, Refusal, Transmit};
 use rowscan_protocol::scan::Scan;
 use serde_json::{Value, json};
@@ -197,8 +197,8 @@ impl PicoSession {
             step::ECHO if step.data.is_none() => {
                 let code = body.pointer("/data/FREchoFilter").and_then(Value::as_u64);
                 let code = code.and_then(|code| u8::try_from(code).ok());
-                if let Some(heard) = self.listener.heard_echo() {
-                    heard.set_in_force(EchoInForce { code, saved: None });
+                if let Some(heard) = self.listener.heard_settings() {
+                    heard.set_in_force(SettingsInForce { code, ..SettingsInForce::default() });
                 }
             }
             "FirmwareVersion" => text("/data/FirmwareVersion").clone_into(&mut self.info.firmware),

@@ -1,7 +1,7 @@
 //! The device that answers in the place of a recorded picoScan or multiScan.
 
 use rowscan_protocol::device::{Device, EchoOfTurns, Identity};
-use rowscan_protocol::heard_echo::first_sent;
+use rowscan_protocol::heard_settings::first_sent;
 use rowscan_protocol::model::{Model, SEGMENTED};
 use rowscan_protocol::rig::Rig;
 

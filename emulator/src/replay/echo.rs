@@ -1,6 +1,6 @@
 //! Which echo recorded scans hold.
 
-use rowscan_protocol::heard_echo::HeardEcho;
+use rowscan_protocol::heard_settings::HeardSettings;
 use rowscan_protocol::model::Model;
 use rowscan_protocol::optics::FactoryEcho;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Rig};
@@ -44,7 +44,7 @@ impl EchoTrace {
     }
 
     /// What the scans hold by it; where there was none, what was heard at last.
-    pub(super) fn told(&self, heard: &HeardEcho) -> ToldEcho {
+    pub(super) fn told(&self, heard: &HeardSettings) -> ToldEcho {
         match self.scans {
             AtScans::NoScan => heard.code().map_or(ToldEcho::Nothing, ToldEcho::Code),
             AtScans::One(code) => code.map_or(ToldEcho::Nothing, ToldEcho::Code),
@@ -116,7 +116,7 @@ mod tests {
         use rowscan_protocol::frame::Dialect;
         use rowscan_protocol::telegram::Telegram;
         let told = |lines: &[&str]| {
-            let (mut trace, mut heard) = (EchoTrace::default(), HeardEcho::default());
+            let (mut trace, mut heard) = (EchoTrace::default(), HeardSettings::default());
             for line in lines {
                 match *line {
                     "scan" => trace.scan(heard.code()),

@@ -5,13 +5,15 @@ use std::sync::Arc;
 
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::device::DeviceEvent as Event;
-use rowscan_protocol::heard_echo::HeardEcho;
+use rowscan_protocol::heard_settings::HeardSettings;
 use rowscan_protocol::lms2xx::settings_reply::has_values;
 use rowscan_protocol::model::{AnyModel, MODELS, Model};
 use rowscan_protocol::telegram::device_ident::DeviceIdent;
 use rowscan_protocol::telegram::set_access_mode::SetAccessMode;
 use rowscan_protocol::telegram::{Kind, LmdScandata, Method, Telegram, Variable};
-use rowscan_recording::{About, DeviceEchoes, RecordedFrame, Side, Soundness, StreamInfo, StreamKind, Torn};
+use rowscan_recording::{
+    About, DeviceSettings, RecordedFrame, Side, Soundness, StreamInfo, StreamKind, Torn,
+};
 
 use super::compact::TurnMoments;
 use super::echo::{EchoTrace, ToldEcho};
@@ -75,7 +77,7 @@ pub struct Part {
     traces: Traces,
     polls: Option<Polls>,
     /// What is heard of the scanner's echo.
-    heard: HeardEcho,
+    heard: HeardSettings,
     /// The echo at the scans that it sent by itself, and at those that were polled.
     echoes: [EchoTrace; 2],
 }
@@ -131,7 +133,7 @@ impl Survey {
         let fail = unreadable(path);
         let mut frames = TimedFrames::open(path, connections, still).map_err(&fail)?;
         let mut parts: Vec<Part> = Vec::new();
-        let mut echoes = DeviceEchoes::default();
+        let mut echoes = DeviceSettings::default();
         while let Some(frame) = frames.next_frame().map_err(&fail)? {
             for (stream, info) in frames.recording().streams().iter().enumerate().skip(parts.len()) {
                 parts.push(Part::new(stream, info));
@@ -305,7 +307,7 @@ impl Part {
             passwords: Vec::new(),
             traces: Traces::default(),
             polls: None,
-            heard: HeardEcho::default(),
+            heard: HeardSettings::default(),
             echoes: Default::default(),
         }
     }

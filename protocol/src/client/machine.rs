@@ -8,7 +8,7 @@ use core::time::Duration;
 use super::config::ColaConfig;
 use super::step::{Plan, STOP, Step, start_up};
 use crate::frame::{Dialect, Frame};
-use crate::heard_echo::{HeardEcho, first_sent};
+use crate::heard_settings::{HeardSettings, first_sent};
 use crate::host::{DeviceInfo, HostEvent, Language};
 use crate::reading::Reading;
 use crate::scan::Scan;
@@ -52,7 +52,7 @@ pub(super) struct Machine {
     transmits: VecDeque<Vec<u8>>,
     events: VecDeque<HostEvent>,
     /// Of a client that only listens: which echo others have asked for.
-    heard: HeardEcho,
+    heard: HeardSettings,
     telegram: LmdScandata,
     scan: Scan,
 }
@@ -79,7 +79,7 @@ impl Machine {
             asked_again: false,
             transmits: VecDeque::new(),
             events: VecDeque::new(),
-            heard: HeardEcho::default(),
+            heard: HeardSettings::default(),
             telegram: LmdScandata::default(),
             scan: Scan::default(),
         }
@@ -151,7 +151,7 @@ impl Machine {
     }
 
     /// Of a client that only listens: what it has heard.
-    pub(super) fn heard(&mut self) -> Option<&mut HeardEcho> {
+    pub(super) fn heard(&mut self) -> Option<&mut HeardSettings> {
         Some(&mut self.heard).filter(|_| self.phase == Phase::Listening)
     }
 
@@ -210,7 +210,7 @@ impl Machine {
     }
 
     fn take_scan(&mut self, args: Args<'_>) {
-        let code = self.echo_code();
+        let (code, leftovers) = (self.echo_code(), self.heard.leftovers());
         let Self { telegram, scan, .. } = self;
         let taken =
             args.decode_into(telegram).map_err(|error| ScanFault::Fields { reason: error.to_string() });
@@ -219,6 +219,7 @@ impl Machine {
                 scan.received = self.now;
                 // A mask that leaves the first echo out leaves another one at its place.
                 scan.echo = code.filter(|_| telegram.begins_with_first()).and_then(first_sent);
+                scan.leftovers = leftovers;
                 self.events.push_back(HostEvent::Scan);
             }
             Err(fault) => self.events.push_back(HostEvent::Malformed { fault }),

@@ -12,7 +12,7 @@ pub use config::{ColaConfig, Login};
 use machine::Machine;
 
 use crate::frame::{Accept, Dialect, FrameCounts, FrameDecoder};
-use crate::heard_echo::HeardEcho;
+use crate::heard_settings::HeardSettings;
 use crate::host::{HostEvent, HostSession, Transmit};
 use crate::scan::Scan;
 use crate::telegram::LmdScandata;
@@ -82,7 +82,7 @@ impl HostSession for ColaClient {
         }
     }
 
-    fn heard_echo(&mut self) -> Option<&mut HeardEcho> {
+    fn heard_settings(&mut self) -> Option<&mut HeardSettings> {
         self.machine.heard()
     }
 

@@ -13,7 +13,7 @@ use super::stream::{Found, StreamDecoder};
 use super::telegram::Telegram;
 use super::wheel::Wheel;
 use crate::frame::FrameCounts;
-use crate::heard_echo::{HeardEcho, first_sent};
+use crate::heard_settings::{HeardSettings, first_sent};
 use crate::host::{HostEvent, HostSession, OtherSender, Transmit};
 use crate::reading::Reading;
 use crate::scan::Scan;
@@ -49,7 +49,7 @@ pub struct CompactListener {
     counts: FrameCounts,
     now: Option<Duration>,
     /// What was heard beside the datagrams: they hold no conversation.
-    echo: HeardEcho,
+    settings: HeardSettings,
 }
 
 impl CompactListener {
@@ -187,7 +187,8 @@ impl HostSession for CompactListener {
             {
                 frame.to_scan_into(given, &mut self.scan);
                 self.scan.received = self.now;
-                self.scan.echo = self.echo.code().and_then(first_sent);
+                self.scan.echo = self.settings.code().and_then(first_sent);
+                self.scan.leftovers = self.settings.leftovers();
                 self.scan.encoders.extend(self.wheel.at(self.scan.scan_time_us));
                 self.turn = Some((frame, given + 1));
                 return Some(HostEvent::Scan);
@@ -219,8 +220,8 @@ impl HostSession for CompactListener {
         self.assembler.counts()
     }
 
-    fn heard_echo(&mut self) -> Option<&mut HeardEcho> {
-        Some(&mut self.echo)
+    fn heard_settings(&mut self) -> Option<&mut HeardSettings> {
+        Some(&mut self.settings)
     }
 
     fn other_senders(&self) -> &[OtherSender] {

@@ -41,7 +41,7 @@ impl ProfileArgs {
         let band_m = self.profile?;
         let known = truth.filter(|_| self.truth);
         let known = known.map(|(stage, rig)| {
-            TruthByBand::of((&stage.orchard, stage.row_seen(scanner)), band_m, rig.start_m)
+            TruthByBand::of((&stage.orchard, stage.row_seen(scanner)), band_m, rig.first_line_m(scanner))
         });
         let asked = match &known {
             Some(truth) => Asked::Known(truth),

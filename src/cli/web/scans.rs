@@ -96,7 +96,7 @@ impl Reading {
 
     /// Goes on from the connection before: the echo that was set there holds.
     fn follow(&mut self, before: &mut Self) {
-        if let (Some(heard), Some(before)) = (self.reader.heard_echo(), before.reader.heard_echo()) {
+        if let (Some(heard), Some(before)) = (self.reader.heard_settings(), before.reader.heard_settings()) {
             heard.set_in_force(before.in_force());
         }
     }

@@ -426,7 +426,7 @@ fn what_scans_can_do_without_may_be_refused() {
         panic!("it goes on")
     };
     // It has kept another one than was asked for.
-    assert_eq!(bench.session.listener.heard_echo().and_then(|heard| heard.code()), Some(2));
+    assert_eq!(bench.session.listener.heard_settings().and_then(|heard| heard.code()), Some(2));
     let mut bench = as_delivered();
     bench.answer_up_to("/api/ScanDataFormat");
     bench.hear(&refusal(400, 9));

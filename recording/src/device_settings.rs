@@ -1,9 +1,9 @@
-//! Which echo each device of a recording was set to send. Its conversations may stand in several streams: a client that came again, a second client, or a
+//! What each device of a recording was set to: which echo it sends, and what takes something from its scans. Its conversations may stand in several streams: a client that came again, a second client, or a
 //! conversation beside the datagrams of its scans.
 
 use std::collections::BTreeMap;
 
-use rowscan_protocol::heard_echo::{EchoInForce, HeardEcho};
+use rowscan_protocol::heard_settings::{HeardSettings, SettingsInForce};
 
 use crate::scan_reader::MAX_PAYLOAD;
 use crate::{Packet, ScanReader, StreamInfo, StreamKind};
@@ -14,24 +14,24 @@ pub const DATAGRAMS: &str = "-udp";
 /// What stands before the addresses in the name of a captured stream of datagrams.
 const CAPTURED: &str = "udp://";
 
-/// What is known of each device's FREchoFilter, by its name.
+/// What is known of each device's settings, by its name.
 #[derive(Debug, Default)]
-pub struct DeviceEchoes {
-    known: BTreeMap<String, EchoInForce>,
+pub struct DeviceSettings {
+    known: BTreeMap<String, SettingsInForce>,
     /// Listens to conversations that nobody reads scans of.
     beside: BTreeMap<usize, ScanReader>,
 }
 
-impl DeviceEchoes {
+impl DeviceSettings {
     /// Tells a conversation of the stream `name` what was heard in others with the same device.
-    pub fn tell(&self, streams: &[StreamInfo], name: &str, heard: &mut HeardEcho) {
-        if let Some(echo) = self.known.get(device_of(streams, name)) {
-            heard.set_in_force(*echo);
+    pub fn tell(&self, streams: &[StreamInfo], name: &str, heard: &mut HeardSettings) {
+        if let Some(in_force) = self.known.get(device_of(streams, name)) {
+            heard.set_in_force(*in_force);
         }
     }
 
     /// Learns what a conversation of the stream `name` has heard.
-    pub fn learn(&mut self, streams: &[StreamInfo], name: &str, heard: &HeardEcho) {
+    pub fn learn(&mut self, streams: &[StreamInfo], name: &str, heard: &HeardSettings) {
         let device = device_of(streams, name);
         match self.known.get_mut(device) {
             Some(known) => *known = heard.in_force(),
@@ -47,10 +47,10 @@ impl DeviceEchoes {
         let mut reader =
             self.beside.remove(&packet.stream).or_else(|| ScanReader::new(stream.kind, MAX_PAYLOAD));
         if let Some(reader) = &mut reader {
-            reader.heard_echo().into_iter().for_each(|heard| self.tell(streams, &stream.name, heard));
+            reader.heard_settings().into_iter().for_each(|heard| self.tell(streams, &stream.name, heard));
             reader.push(std::time::Duration::ZERO, packet);
             while reader.next_event().is_some() {}
-            reader.heard_echo().into_iter().for_each(|heard| self.learn(streams, &stream.name, heard));
+            reader.heard_settings().into_iter().for_each(|heard| self.learn(streams, &stream.name, heard));
         }
         self.beside.extend(reader.map(|reader| (packet.stream, reader)));
     }
