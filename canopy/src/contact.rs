@@ -16,6 +16,7 @@
 use crate::across::{GROWTH_BANDS, growth_band};
 use crate::estimate::ContactReport;
 use crate::parameters::Parameters;
+use crate::uncertainty::Unresolved;
 use crate::voxels::{Voxel, Voxels, scatter_m};
 
 /// No foliage is denser, m² a m³: the densest hedges have 10 to 20. What is, is a wall or a sheet.
@@ -50,6 +51,8 @@ pub(crate) struct Sampled {
     too_dense_m: f64,
     /// The same over hits in voxels that enough beams passed to tell a density.
     told_m: f64,
+    /// Σ contact frequency and Σ of its square over voxels that enough beams passed, 1/m and 1/m².
+    frequencies: (f64, f64),
     /// Σ line weight · distance across the row over hits, m², and the same of its square, m³.
     hits_x_m2: f64,
     hits_x2_m3: f64,
@@ -82,6 +85,9 @@ impl Sampled {
                 sampled.told_m += if found.is_some() { voxel.hits_m } else { 0.0 };
                 sampled.hits_x_m2 += voxel.hits_x_m2;
                 sampled.hits_x2_m3 += voxel.hits_x2_m3;
+                let frequency = found.unwrap_or(0.0);
+                sampled.frequencies.0 += frequency;
+                sampled.frequencies.1 += frequency * frequency;
                 let is_dense = found.is_some_and(|found| found > too_dense);
                 if is_dense || behind.is_some_and(|behind| is_sheet(voxel, behind)) {
                     sampled.too_dense_m += voxel.hits_m;
@@ -104,6 +110,8 @@ impl Sampled {
         self.hits_m += slice.hits_m;
         self.too_dense_m += slice.too_dense_m;
         self.told_m += slice.told_m;
+        self.frequencies.0 += slice.frequencies.0;
+        self.frequencies.1 += slice.frequencies.1;
         self.hits_x_m2 += slice.hits_x_m2;
         self.hits_x2_m3 += slice.hits_x2_m3;
     }
@@ -127,6 +135,17 @@ impl Sampled {
     pub(crate) fn within_growth(&self, bands: usize) -> f64 {
         let low_m2: f64 = self.growth_m2.iter().take(bands).sum();
         if self.leaf_m2 > 0.0 { (low_m2 / self.leaf_m2).min(1.0) } else { 0.0 }
+    }
+
+    /// How much of the leaves beams have not told, in voxels of this edge.
+    pub(crate) fn unresolved(&self, edge_m: f64) -> Unresolved {
+        let (sum, squares) = self.frequencies;
+        Unresolved {
+            unseen: self.unseen(),
+            filled: if self.leaf_m2 > 0.0 { self.filled_m2 / self.leaf_m2 } else { 0.0 },
+            // The mean by leaf area.
+            optical_depth: if sum > 0.0 { squares / sum * edge_m } else { 0.0 },
+        }
     }
 
     /// Share of the row's voxels that too few beams reached.

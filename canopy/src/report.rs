@@ -196,7 +196,7 @@ fn tell_how_sure(
         between_class: class.and_then(|_| between(&compared)),
         density: Some(match counted.scale {
             Some(scale) => scale.density_sd(raw_m2_per_m),
-            None => uncertainty::hidden_sd(pass.row.sampled_so_far().unseen()),
+            None => uncertainty::unresolved_sd(pass.row.sampled_so_far().unresolved(pass.row.voxel_m())),
         }),
         own_law: counted.scale.and_then(|scale| scale.own_law(raw_m2_per_m)),
         own_law_weighs: counted.scale.and_then(|scale| scale.own_law_weighs(raw_m2_per_m)),

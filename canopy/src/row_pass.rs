@@ -48,6 +48,8 @@ pub(crate) struct RowPass {
     shares: Option<Shares>,
     /// Where the scan plane is believed to lean.
     deskew: Option<Deskew>,
+    /// Y of the mirror at the latest line, metres.
+    mirror_y_m: f64,
 }
 
 /// The line whose weight is not known yet.
@@ -81,6 +83,7 @@ impl RowPass {
             open: OpenLine::default(),
             shares: Shares::new(&parameters),
             deskew: mount.attitude().leans().then(|| Deskew::new(mount.meets_axis_m() - mount.offset_y_m)),
+            mirror_y_m: 0.0,
         })
     }
 
@@ -109,6 +112,11 @@ impl RowPass {
     /// What a speed that was measured beside the way says against it.
     pub(crate) fn doubt_of_way(&self) -> Option<Warning> {
         self.beside.doubt(self.odometry.source()?)
+    }
+
+    /// Y of the mirror at the latest line that stands for some of the row, metres: where the plane leans, the row's latest lines lie elsewhere.
+    pub(crate) fn mirror_y_m(&self) -> f64 {
+        self.mirror_y_m
     }
 
     /// The same pass by the rig's speed; before the first line.
@@ -152,8 +160,11 @@ impl RowPass {
 
     fn add_open_line(&mut self, weighted: Option<Weighted>) {
         let Some(Weighted { y_m, weight_m }) = weighted else { return };
-        let Self { row, deskew, open, .. } = self;
+        let Self { row, deskew, open, mirror_y_m, .. } = self;
         let at = Weighted { y_m: y_m + row.frame().offset_y_m, weight_m };
+        if weight_m > 0.0 && at.y_m.is_finite() {
+            *mirror_y_m = at.y_m;
+        }
         match deskew {
             None => row.add(&open.beams.line(open.grid), at),
             Some(deskew) => {

@@ -399,8 +399,8 @@ impl Pipeline {
         let (pass, _) = self.pass_that_counts();
         let pass = report::areas_told(&self.counting, &self.gate, pass)?;
         let law = Law::of(pass, self.calibration.as_ref(), self.class.as_ref());
-        let y_m = pass.row.y_m();
-        Ok(Window::of(pass.row.window(), LeafWindow::of(&law, pass.row.window_slices(), y_m)))
+        let leaf = LeafWindow::of(&law, pass.row.window_slices(), pass.row.y_m(), pass.mirror_y_m());
+        Ok(Window::of(pass.row.window(), leaf))
     }
 
     /// What the advance is taken from, and the speed it has at the latest scan, m/s; `None` before the first one.

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use regex_lite::Regex;
 use rowscan_emulator::{Compute, Gap, Hold, Sleep, StageRow};
+use rowscan_faults::At;
 use rowscan_files::OutputFile;
 use rowscan_ports::clock::{Stopwatch, rest, within};
 use rowscan_ports::task;
@@ -224,6 +225,7 @@ async fn drive(
     let unfinished = rig.desk.unfinished();
     // Healed faults are forgotten.
     record.fault_acts = rig.desk.acts();
+    record.warnings.extend(over_before_drive(faults, &journal));
     rig.desk.heal();
     record.fault_events_lost = rig.desk.events_lost();
     record.scans_missed = rig.scans_missed();
@@ -299,6 +301,23 @@ fn record_of(scenario: &Scenario, child: &Child) -> ChildRecord {
         tail: child.output.tail(),
         matches: matches.collect(),
     }
+}
+
+/// Faults that were to come some seconds later, and were over before the tractor set off: on a paced clock, time goes on while children start.
+fn over_before_drive(faults: &[ScenarioFault], journal: &Journal) -> Vec<String> {
+    let Some(began) = journal.began() else { return Vec::new() };
+    let over = |fault: &ScenarioFault| {
+        let ScenarioFault::Rig(spec) = fault else { return None };
+        let id = spec.id.as_deref().unwrap_or(spec.fault.name);
+        let is_later = matches!(spec.at, At::Time(after) if !after.is_zero());
+        let ended = journal.first(&format!("{id}.end")).filter(|ended| is_later && *ended < began)?;
+        Some(format!(
+            "the fault `{id}` was over at {:.3} s, before the drive began at {:.3} s: on a paced clock time goes on while children start; let it begin at a place (`row_m`), or take lockstep",
+            ended.as_secs_f64(),
+            began.as_secs_f64()
+        ))
+    };
+    faults.iter().filter_map(over).collect()
 }
 
 /// The pauses among the faults, each with the number of its child and what it is timed by.

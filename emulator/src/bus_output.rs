@@ -81,7 +81,7 @@ impl BusOutput {
             counts: Vec::new(),
             faults,
         };
-        if open && !held {
+        if !held {
             output.first = output.opened(SimTime::ZERO);
         }
         output
@@ -209,9 +209,9 @@ impl BusOutput {
         self.open
     }
 
-    /// The drive has started.
+    /// The drive has started. Whoever listens: a machine speaks on its bus before anybody comes to it.
     pub(crate) fn begin(&mut self, at: SimTime) {
-        if std::mem::take(&mut self.held) && self.open {
+        if std::mem::take(&mut self.held) {
             self.first = self.opened(at);
         }
     }

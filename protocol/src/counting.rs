@@ -10,6 +10,8 @@ use crate::window::{REMEMBERED, Window};
 const GAP_TOLERANCE: f64 = 2.0;
 /// The largest output interval (one telegram every n turns) believed before a period has been measured.
 const MAX_OUTPUT_INTERVAL: f64 = 32.0;
+/// How far the clock may be off the turns between two telegrams, in turns.
+const TURNS_TOLERANCE: f64 = 0.5;
 /// A pause between two telegrams that follow on each other, in their period, above which measurement had stopped.
 const MAX_JITTER: f64 = 4.0;
 /// The longest pause of the measurement, seconds, through which the device clock is still believed to time the tractor.
@@ -77,6 +79,8 @@ struct Turns {
     turns: u64,
     /// The fewest between two telegrams: the output interval.
     least: Option<u16>,
+    /// Those between the last two, where they took as long as so many turns take.
+    latest: Option<u16>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -188,7 +192,8 @@ impl Counting {
         let passed_s = f64::from(clock_us) * 1e-6;
         // Where a turn has several telegrams, those of the last one have no time of their own.
         let each = u32::from(steps) + self.of_turn;
-        let follows = self.follows(steps, each, passed_s, nominal_s);
+        let is_paced = self.turns.go_on(steps, turns, passed_s / nominal_s);
+        let follows = is_paced || self.follows(steps, each, passed_s, nominal_s);
         if !(follows && steps == 1) && self.uptime.is_too_short(scan.received, passed_s) {
             return self.restart(scan, last);
         }
@@ -244,7 +249,7 @@ impl Counting {
     /// Turns of the mirror of which the scanner made no telegram, beyond its output interval. A virtual scanner leaves turns out where its host is too
     /// slow; its telegrams follow on each other all the same.
     pub fn turns_left_out(&self) -> u64 {
-        let Turns { telegrams, turns, least } = self.turns;
+        let Turns { telegrams, turns, least, .. } = self.turns;
         least.map_or(0, |least| (turns / u64::from(least)).saturating_sub(telegrams))
     }
 
@@ -340,6 +345,16 @@ impl Counting {
 }
 
 impl Turns {
+    /// True of a telegram that follows on the one before by as many turns as that did on its own, in the time of so many turns: another output interval, or a mean
+    /// of so many scans, was set. A pause is not as long twice.
+    fn go_on(&mut self, telegrams: u16, turns: u16, passed_turns: f64) -> bool {
+        let is_counted = telegrams == 1
+            && f64::from(turns) <= MAX_OUTPUT_INTERVAL
+            && libm::fabs(passed_turns - f64::from(turns)) <= TURNS_TOLERANCE;
+        let before = core::mem::replace(&mut self.latest, is_counted.then_some(turns));
+        is_counted && before == Some(turns)
+    }
+
     /// So many telegrams and so many turns later.
     fn add(&mut self, telegrams: u16, turns: u16) {
         // Where telegrams are missing, nobody knows which turns they stood for; a counter that stands counts nothing.

@@ -3,6 +3,8 @@
 use rowscan_canopy::Estimate;
 use rowscan_scenes::{CellGrid, Orchard, RowCells, SeenRow};
 
+use crate::appraisal::END_M;
+
 /// Length of a cell along the row, metres, about: a whole number of them makes the row.
 const CELL_M: f64 = 0.05;
 /// Most cells of a row, and most bands.
@@ -11,8 +13,9 @@ const MOST: f64 = 1e6;
 /// The true leaf area of a row, by cell along the row and band of height.
 #[derive(Debug)]
 pub struct TruthByBand {
-    /// From the ground up, m²: by cell along one period of the row. Empty where the row does not repeat.
+    /// From the ground up, m²: by cell along one period of the row, or along a row that ends.
     columns: Vec<Vec<f64>>,
+    repeats: bool,
     cell_m: f64,
     start_m: f64,
     spacing_m: Option<f64>,
@@ -21,9 +24,11 @@ pub struct TruthByBand {
 impl TruthByBand {
     /// Measures a row in bands of this height; the first line of an estimate of it lies at `start_m`.
     pub fn of((orchard, seen): (&Orchard, SeenRow), band_m: f64, start_m: f64) -> Self {
-        let count = (orchard.period_m() / CELL_M).round();
+        let repeats = orchard.period_m().is_finite();
+        let row_m = if repeats { orchard.period_m() } else { orchard.length_m() };
+        let count = (row_m / CELL_M).round();
         let count = if (1.0..=MOST).contains(&count) { count as usize } else { 0 };
-        let cell_m = orchard.period_m() / count as f64;
+        let cell_m = row_m / count as f64;
         let mut columns = vec![Vec::new(); count];
         let cells =
             (count > 0).then(|| orchard.cells_of_row(seen.row, CellGrid { cell_m, band_m })).flatten();
@@ -40,7 +45,7 @@ impl TruthByBand {
                 *sum += cell.areas.leaf_area_m2;
             }
         }
-        Self { columns, cell_m, start_m, spacing_m: orchard.tree_spacing_m() }
+        Self { columns, repeats, cell_m, start_m, spacing_m: orchard.tree_spacing_m() }
     }
 
     /// Of as much of the row as an estimate scanned, so many bands from the ground up, m²; `None` where that is not known.
@@ -57,7 +62,10 @@ impl TruthByBand {
     /// A cell that only partly lies between counts by its share.
     fn between(&self, [from_m, to_m]: [f64; 2], bands: usize) -> Option<Vec<f64>> {
         let cells = (to_m - from_m) / self.cell_m;
-        if self.columns.is_empty() || cells.is_nan() || cells > MOST {
+        let row_m = self.columns.len() as f64 * self.cell_m;
+        // Nothing is known beyond a row that ends.
+        let stands = self.repeats || (from_m > -END_M && to_m < row_m + END_M);
+        if self.columns.is_empty() || cells.is_nan() || cells > MOST || !stands {
             return None;
         }
         let mut sums = vec![0.0; bands];
@@ -79,6 +87,21 @@ impl TruthByBand {
 mod tests {
     use super::*;
     use rowscan_scenes::{Leaf, Tree};
+
+    /// A row that ends has a truth within its ends, and none beyond.
+    #[test]
+    fn a_row_that_ends_is_known_up_to_its_ends() {
+        let corners = [[-0.5, 0.5, 0.5], [-0.5, 1.5, 0.5], [-0.5, 1.5, 2.5], [-0.5, 0.5, 2.5]];
+        let tree = Tree { leaves: vec![Leaf::new(corners).expect("a leaf")], ..Tree::default() };
+        let mut scene = rowscan_scenes::files::load_scene("spindle", |_| {}).expect("built in");
+        scene.drive.alleys = Some(2);
+        let orchard = Orchard::from_trees(vec![tree], 2.0, Some(2.0), Some(4.0)).beside(&scene.drive);
+        let truth = TruthByBand::of((&orchard, SeenRow::default()), 0.25, 0.0);
+        let estimate = |scanned_m| Estimate { scanned_m: Some(scanned_m), ..Estimate::default() };
+        let sum = |scanned_m| truth.of_row(&estimate(scanned_m), 12).map(|bands| bands.iter().sum::<f64>());
+        assert!(sum(2.0).is_some_and(|sum| (sum - 2.0).abs() < 1e-6), "{:?}", sum(2.0));
+        assert_eq!(sum(3.0), None);
+    }
 
     #[test]
     fn a_board_has_its_area_in_every_band_and_stretch() {

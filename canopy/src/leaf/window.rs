@@ -18,7 +18,7 @@ pub struct LeafWindow {
     row_spacing: Known,
     /// Where the leaf area comes from.
     pub estimator: LeafAreaEstimator,
-    /// Metres from the end of the window to the mirror.
+    /// Metres from the end of the window on to the mirror; below 0 where a scan plane that looks ahead has the window's end before the mirror.
     pub behind_m: f64,
 }
 
@@ -34,14 +34,15 @@ pub struct LeafSlice {
 }
 
 impl LeafWindow {
-    /// Of these slices, the latest first, seen from `y_m`.
+    /// Of these slices, the latest first, of which the row's latest line is at `line_y_m`, and the mirror at `mirror_y_m`.
     ///
     /// # Errors
     /// Why the row's leaf area is withheld.
     pub(crate) fn of(
         law: &Law<'_>,
         slices: impl Iterator<Item = SliceLeaf>,
-        y_m: f64,
+        line_y_m: f64,
+        mirror_y_m: f64,
     ) -> Result<Self, Withheld> {
         let factor = law.factor()?;
         let count_by = law.counted().count;
@@ -53,7 +54,8 @@ impl LeafWindow {
             count += 1;
         }
         let [latest, ..] = parts;
-        let behind_m = (y_m - latest.y_m[1]).max(0.0);
+        // A slice that is still open ends with the latest line.
+        let behind_m = mirror_y_m - latest.y_m[1].min(line_y_m);
         let (row_spacing, estimator) = (law.ground_width_m(), law.estimator());
         let window = Self { parts, count, factor, row_spacing, estimator, behind_m };
         if window.length_m() > 0.0 { Ok(window) } else { Err(Withheld::NotScanned) }

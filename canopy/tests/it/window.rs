@@ -261,3 +261,41 @@ fn the_echo_that_scans_tell_decides_to_the_last_bit() {
     }
     assert_eq!(measured(first, &[None, first]), measured(first, &[None]));
 }
+
+/// The end of a window is told from the mirror on, however the scan plane leans: who sprays by it opens where the leaves are.
+#[test]
+fn how_far_behind_the_mirror_a_window_ends_is_told_of_leaning_planes_too() {
+    for (yaw_deg, pitch_deg, offset_y_m) in [
+        (0.0, 0.0, 0.0),
+        (0.0, 0.0, 0.7),
+        (-30.0, 0.0, 0.0),
+        (30.0, 0.0, 0.0),
+        (0.0, 15.0, 0.0),
+        (-20.0, 8.0, -0.7),
+    ] {
+        let mount = Mount { yaw_deg, pitch_deg, offset_y_m, ..Mount::default() };
+        let rig = Rig { scanners: vec![mount], ..orchard_rig() };
+        let mut pipeline = pipeline(&rig, Parameters::default());
+        let (mut told, mut nearest_m) = (0, f64::INFINITY);
+        for (number, scan) in drive(&rig, lms111(), 50, 400, crowns).iter().enumerate() {
+            pipeline.push(scan);
+            let window = pipeline.window().ok().and_then(|window| window.leaf.ok());
+            let Some(window) = window.filter(|_| number > 200) else { continue };
+            // A line counts when the next one has come.
+            let mirror_y_m = 0.02 * (number as f64 - 1.0) + offset_y_m;
+            let behind_m = mirror_y_m - window.slices()[0].y_m[1];
+            assert!(
+                (window.behind_m - behind_m).abs() < 1e-6,
+                "{yaw_deg} {pitch_deg}: {} {behind_m}",
+                window.behind_m
+            );
+            nearest_m = window.behind_m.min(nearest_m);
+            told += 1;
+        }
+        assert!(told > 100, "{yaw_deg} {pitch_deg}: {told}");
+        // It ends no farther ahead than the plane looks, and of a level one soon behind the mirror.
+        let ahead_m = 1.9 * f64::tan(yaw_deg.to_radians());
+        assert!(nearest_m > -ahead_m - 0.1, "{yaw_deg} {pitch_deg}: {nearest_m}");
+        assert!(yaw_deg != 0.0 || pitch_deg != 0.0 || (0.0..0.3).contains(&nearest_m), "{nearest_m}");
+    }
+}

@@ -16,11 +16,17 @@ pub(crate) fn judge(number: usize, expect: &Expect, run: &RunRecord, without: Op
         return Err("`signal` is missing".to_owned());
     };
     let name = keys.name.as_str();
-    let samples = source.samples(number, run)?;
-    let course = Course(&samples);
     let window = Window::of(expect.after.as_ref(), run)?;
+    let samples = source.samples(number, run, rig_from(expect, window))?;
+    let course = Course(&samples);
     if let Some(without) = without {
-        return as_without(expect, (name, course, window), &source.samples(number, without)?, without);
+        let rig_from = rig_from(expect, Window::of(expect.after.as_ref(), without)?);
+        return as_without(
+            expect,
+            (name, course, window),
+            &source.samples(number, without, rig_from)?,
+            without,
+        );
     }
     let Must { change, be_silent, never, for_s, every_s } = keys.must;
     let words = words(expect, source);
@@ -38,6 +44,11 @@ pub(crate) fn judge(number: usize, expect: &Expect, run: &RunRecord, without: Op
         (false, false) if expect.bounds.is_empty() => comes((name, course, window), expect),
         (false, false) => holds((name, course, window), expect, &words),
     }
+}
+
+/// From when on counts what the rig's machines say: of the drive, where that is what is judged. On a paced clock they speak before, of a tractor that stands.
+fn rig_from(expect: &Expect, window: Window<'_>) -> SimTime {
+    if expect.after.is_none() { window.from } else { SimTime::ZERO }
 }
 
 /// What its value must be, in words.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use rowscan_files::OutputFile;
+use rowscan_protocol::time::SimTime;
 use rowscan_study::figure::{Course, course};
 
 use crate::judged::Judged;
@@ -21,7 +22,7 @@ pub(crate) fn picture(number: usize, expect: &Expect, judged: &Judged, run: &Run
     let decided_s = judged.at.unwrap_or(run.ended).as_secs_f64();
     let (from_s, to_s) =
         ((decided_s - BEFORE_S).max(0.0), (decided_s + AFTER_S).min(run.ended.as_secs_f64()));
-    let samples = source.samples(number, run).ok()?;
+    let samples = source.samples(number, run, SimTime::ZERO).ok()?;
     let until = samples.iter().take_while(|sample| sample.at.as_secs_f64() <= to_s).count();
     let from = samples.iter().take_while(|sample| sample.at.as_secs_f64() < from_s).count();
     // What was heard last before it still holds.

@@ -16,13 +16,20 @@ pub(crate) struct Sample {
 }
 
 impl Source {
-    /// What was heard in `run`, in its order; expectation number `number` tells the pattern of a log.
-    pub(crate) fn samples(&self, number: usize, run: &RunRecord) -> Result<Vec<Sample>, String> {
+    /// What was heard in `run`, in its order, of the rig's own machines from `rig_from` on; expectation number `number` tells the pattern of a log.
+    pub(crate) fn samples(
+        &self,
+        number: usize,
+        run: &RunRecord,
+        rig_from: SimTime,
+    ) -> Result<Vec<Sample>, String> {
+        let counts = |carried: &&Carried| carried.from_others || carried.at >= rig_from;
         match self {
             Self::Field { bus, field } => {
                 let mut assembly = Assembly::default();
                 let messages = carried(bus, run)?
                     .iter()
+                    .filter(counts)
                     .filter_map(|carried| Some((carried.at, assembly.take(&carried.frame)?)));
                 let fitting =
                     messages.filter(|(_, (id, bytes))| field.address.fits(*id) && field.is_in(bytes));
@@ -30,7 +37,7 @@ impl Source {
             }
             Self::Messages { bus, address } => {
                 let mut assembly = Assembly::default();
-                let messages = carried(bus, run)?.iter().filter_map(|carried| {
+                let messages = carried(bus, run)?.iter().filter(counts).filter_map(|carried| {
                     let (id, bytes) = assembly.take(&carried.frame)?;
                     let is_meant = address.map_or(carried.from_others, |address| address.fits(id));
                     is_meant
@@ -39,7 +46,8 @@ impl Source {
                 Ok(messages.collect())
             }
             Self::Sentence { kind, field } => {
-                let fitting = run.sentences.iter().filter_map(|(at, sentence)| {
+                let sentences = run.sentences.iter().filter(|(at, _)| *at >= rig_from);
+                let fitting = sentences.filter_map(|(at, sentence)| {
                     let text = sentence.trim().split('*').next()?;
                     let mut fields = text.split(',');
                     let head = fields.clone().next()?.trim_start_matches(['$', '!']);

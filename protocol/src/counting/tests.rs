@@ -218,3 +218,37 @@ fn without_a_frequency_too_nothing_is_known_unless_it_is_given() {
     assert!((travel_s(&last.unwrap()) - 3.0 / 4.7).abs() < 1e-12);
     assert_eq!((counting.untimed, counting.timeless), (3, 0));
 }
+
+/// A client sets another output interval, or a mean filter, while scans come: after two of them the lines are neighbours again, and the rate is theirs.
+#[test]
+fn scans_that_come_less_often_from_now_on_are_no_pauses() {
+    for apart in [2_u16, 5, 20, 32] {
+        let (mut counting, mut turn, mut broken, mut telegrams) = (Counting::default(), 0_u16, 0, 0_u16);
+        let mut take = |counting: &mut Counting, turns: u16| {
+            turn += turns;
+            telegrams += 1;
+            let scan = Scan { scan_counter: turn, ..scan(telegrams, 20_000 * u32::from(turn)) };
+            broken += u32::from(matches!(counting.observe(&scan), Turn::Line { link: Link::Broken, .. }));
+        };
+        (0..50).for_each(|_| take(&mut counting, 1));
+        (0..50).for_each(|_| take(&mut counting, apart));
+        (0..50).for_each(|_| take(&mut counting, 1));
+        assert!(broken <= 1, "{apart}: {broken}");
+        assert_eq!((counting.restarts, counting.lost), (0, 0), "{apart}");
+        let expected_hz = 149.0 / (0.02 * f64::from(99 + 50 * apart));
+        let found_hz = counting.frequency_hz().unwrap();
+        assert!(
+            (found_hz / expected_hz - 1.0).abs() < 0.02 * f64::from(apart),
+            "{apart}: {found_hz} {expected_hz}"
+        );
+    }
+    // Pauses of measurement, each of another length, stay pauses.
+    let mut counting = Counting::default();
+    let (mut turn, mut broken) = (0_u16, 0);
+    for telegram in 0..40_u16 {
+        turn += if telegram % 10 == 9 { 20 + telegram } else { 1 };
+        let scan = Scan { scan_counter: turn, ..scan(telegram, 20_000 * u32::from(turn)) };
+        broken += u32::from(matches!(counting.observe(&scan), Turn::Line { link: Link::Broken, .. }));
+    }
+    assert_eq!(broken, 4);
+}

@@ -384,6 +384,13 @@ impl Args {
             false => Vec::new(),
         };
         let profile = self.profile.told(&estimate, *scanner, truth);
+        let row_ends = truth.is_some_and(|(stage, _)| !stage.orchard.period_m().is_finite());
+        let beyond = side_by_side.iter().any(|beside| beside.measure.value.is_some());
+        if row_ends && beyond && side_by_side.iter().all(|beside| beside.truth.is_none()) {
+            say(format_args!(
+                "no truth is told of the row: the scans reach beyond its ends, and nothing is known there; begin with `start_m` 0, and end with --length"
+            ));
+        }
         estimate.profile = None;
         let several = scanners.len() > 1;
         Some(ScannerReport {

@@ -36,7 +36,7 @@ pub struct Appraisal {
 }
 
 /// How far beyond the row's end a scan of the row may be, metres.
-const END_M: f64 = 0.1;
+pub(crate) const END_M: f64 = 0.1;
 
 /// A stretch of the row: its organs between two places.
 #[derive(Clone, Debug)]
