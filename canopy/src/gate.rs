@@ -3,7 +3,8 @@
 //! A scan of misses is data: a gap in the row is a true zero. A scan whose device reports an error or a window too dirty to measure through is
 //! none, nor is one whose beams point outside its model's field. What is left out is counted by cause, and so is the row driven meanwhile.
 
-use rowscan_protocol::leftover::{LEFTOVERS, Leftover, LeftoverSet};
+use rowscan_protocol::leftover::{LEFTOVERS, Leftover};
+use rowscan_protocol::leftover_set::LeftoverSet;
 use rowscan_protocol::scan::{Scan, is_level};
 use rowscan_protocol::validity::{DeviceStatus, FaultCounts, ScanFault};
 use serde::Serialize;

@@ -57,6 +57,8 @@ pub(crate) struct Row {
     /// The line's beams, for the estimators.
     sightings: Vec<Sighting>,
     row_spacing_m: Option<f64>,
+    /// How long the row is, if the rig knows.
+    row_m: Option<f64>,
     /// The row in bins, if trees are to be found in the data.
     profile: Option<Profile>,
     trunk_zone: TrunkZone,
@@ -146,6 +148,7 @@ impl Row {
             asked: Vec::new(),
             sightings: Vec::new(),
             row_spacing_m: rig.row_spacing_m,
+            row_m: rig.trees.zip(rig.tree_spacing_m).map(|(trees, spacing_m)| f64::from(trees) * spacing_m),
             profile: None,
             trunk_zone: TrunkZone::above(frame.ground_clearance_m),
             tree_spacing_m: rig.tree_spacing_m,
@@ -300,6 +303,8 @@ impl Row {
         let Placed { mut area_m, mut returns, mut trunk } = Placed::default();
         let wanted = !self.estimators.is_empty() || self.by_height.is_some();
         self.sightings.clear();
+        // A tractor that turns behind the row's end sees the ground from elsewhere.
+        let is_on_row = self.row_m.is_none_or(|row_m| (0.0..=row_m).contains(&y_m));
         for ((beam, &range_m), &fresh) in self.table.beams().iter().zip(range_m).zip(self.patches.fresh()) {
             let Some(beam) = beam else { continue };
             let found = reading(range_m);
@@ -312,7 +317,9 @@ impl Row {
                 Reading::Invalid => continue,
             };
             if place.is_some() {
-                self.ground.add(x_m, z_m);
+                if is_on_row {
+                    self.ground.add(x_m, z_m);
+                }
                 if x_m < self.frame.distance_m {
                     self.levels.add_alley(above_ground_m);
                 }

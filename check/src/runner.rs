@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use regex_lite::Regex;
+use rowscan_bus::link::socketcand;
 use rowscan_emulator::{Compute, Gap, Hold, Sleep, StageRow};
 use rowscan_faults::At;
 use rowscan_files::OutputFile;
@@ -391,6 +392,10 @@ async fn accompany(
         }
     }
     *bytes_before = compared_files(scenario, folder);
+    if scenario.clock.mode != Mode::Lockstep && !scenario.buses.is_empty() {
+        // Time goes on without whoever came last to a bus and hears nothing yet.
+        rest(socketcand::QUIET).await;
+    }
     around.hold.release();
     let (mut last, mut since) = (journal.now(), Stopwatch::start());
     let drives_on = scenario.runs.iter().any(|run| run.on_exit == OnExit::DriveOn);

@@ -70,6 +70,7 @@ mod error;
 #[path = "../tests/fake_device/mod.rs"]
 mod fake_device;
 mod feed;
+mod later;
 mod left_out;
 #[cfg(any(feature = "tcp", feature = "serial"))]
 mod link;

@@ -1,6 +1,6 @@
 //! A recording as a source: its bytes go through the client session as a live link's do.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::task::{Context, Poll};
 use std::time::Duration;
@@ -14,6 +14,7 @@ use rowscan_recording::{DeviceSettings, Packet, ScanReader, Side, StreamInfo, St
 use crate::clock::HostTime;
 use crate::error::DriverError;
 use crate::feed::Feed;
+use crate::later::Later;
 use crate::left_out::StreamsLeftOut;
 use crate::recorded_model::{models_of, seen_ahead};
 
@@ -36,6 +37,12 @@ pub(crate) struct Recording {
     taken: Option<usize>,
     /// Streams of scanners that are not read.
     left_out: BTreeSet<String>,
+    /// What is said in other conversations with the scanner that is read since that was heard last.
+    later: Later,
+    /// Packets to be taken before the next one of the file.
+    due: VecDeque<Packet>,
+    /// Bad frames of conversations that were read before.
+    bad_before: u64,
     /// The stream that bytes came from last.
     current: usize,
     max_payload: usize,
@@ -69,6 +76,9 @@ impl Recording {
             clients: BTreeMap::new(),
             settings: DeviceSettings::default(),
             taken: None,
+            later: Later::default(),
+            due: VecDeque::new(),
+            bad_before: 0,
             current: 0,
             max_payload,
             bytes: 0,
@@ -96,7 +106,11 @@ impl Recording {
                 return Ok(Some(event));
             }
             let fail = |cause| DriverError::Recording { path: self.path.clone(), cause };
-            match self.recording.next_packet().map_err(fail)? {
+            let packet = match self.due.pop_front() {
+                None => self.recording.next_packet().map_err(fail)?,
+                due => due,
+            };
+            match packet {
                 Some(packet) => self.take(packet),
                 None if !self.ended => {
                     self.ended = true;
@@ -118,6 +132,18 @@ impl Recording {
             && let Some(taken) = streams.get(taken)
         {
             self.settings.learn(streams, &taken.name, heard);
+        }
+        if let Some(chosen) = self.chosen.filter(|_| self.wanted.is_none()) {
+            let is_of_its_scanner = |name: &str| {
+                let read = streams.get(chosen).map_or("", |chosen| chosen.name.as_str());
+                stream.kind == StreamKind::Cola && device_of(streams, read) == device_of(streams, name)
+            };
+            if packet.stream == chosen {
+                self.later.forget();
+            } else if is_of_its_scanner(&stream.name) && self.later.hear(&packet) {
+                let name = stream.name.clone();
+                return self.go_on_with(packet.stream, &name);
+            }
         }
         let wanted = match (self.chosen, &self.wanted) {
             (Some(chosen), _) => chosen == packet.stream,
@@ -160,6 +186,16 @@ impl Recording {
         if let Some(client) = self.clients.get_mut(&packet.stream) {
             client.push(self.received.0, &packet);
         }
+    }
+
+    /// Whoever read the scanner has left, and somebody else reads on: the scans of that conversation follow on those of the one before.
+    fn go_on_with(&mut self, stream: usize, name: &str) {
+        self.bad_before += self.client().map_or(0, |client| client.counts().bad);
+        self.clients.clear();
+        self.taken = None;
+        self.chosen = Some(stream);
+        self.left_out.remove(name);
+        self.due.extend(self.later.take(stream));
     }
 
     fn at_end(&self) -> Result<Option<HostEvent>, DriverError> {
@@ -256,7 +292,7 @@ impl Feed for Recording {
     }
 
     fn frames_bad(&self) -> u64 {
-        self.client().map_or(0, |client| client.counts().bad)
+        self.bad_before + self.client().map_or(0, |client| client.counts().bad)
     }
 
     fn recorded_models(&self) -> Vec<AnyModel> {

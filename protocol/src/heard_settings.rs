@@ -5,7 +5,8 @@ use alloc::collections::VecDeque;
 use alloc::string::String;
 
 use crate::echo::EchoChoice;
-use crate::leftover::{Leftover, LeftoverSet};
+use crate::leftover::Leftover;
+use crate::leftover_set::LeftoverSet;
 use crate::telegram::ee_writeall::WriteAll;
 use crate::telegram::fr_echo_filter::{self, EchoFilter};
 use crate::telegram::sc_reboot::Reboot;

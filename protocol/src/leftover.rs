@@ -9,6 +9,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::frame::Dialect;
+use crate::leftover_set::LeftoverSet;
 use crate::model::Model;
 use crate::telegram::lmp_output_range::{OutputRange, Sector};
 use crate::telegram::ms_suppmode::{self, SuppressionMode};
@@ -80,23 +81,16 @@ pub static LEFTOVERS: &[Leftover] = &[
     row("LFPintervalFilter", Family::Compact, Neutral::Off, "its filter of turns (LFPintervalFilter) was on, and most turns were not sent"),
 ];
 
-/// Settings of [`LEFTOVERS`] that take something away: 16 at most.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LeftoverSet(u16);
-
 impl LeftoverSet {
-    /// Places that a set can hold.
-    pub const MOST: usize = u16::BITS as usize;
-
     /// Those in it, by their places in [`LEFTOVERS`].
     pub fn iter(self) -> impl Iterator<Item = (usize, &'static Leftover)> {
-        LEFTOVERS.iter().enumerate().filter(move |(place, _)| self.0 >> place & 1 == 1)
+        LEFTOVERS.iter().enumerate().filter(move |(place, _)| self.holds(*place))
     }
 
     /// The setting of this name takes something away from now on, or does not; names that are none of [`LEFTOVERS`] change nothing.
     pub(crate) fn set(&mut self, name: &str, takes: bool) {
         if let Some(place) = LEFTOVERS.iter().position(|row| row.name == name) {
-            self.0 = self.0 & !(1 << place) | u16::from(takes) << place;
+            self.put(place, takes);
         }
     }
 }

@@ -86,6 +86,7 @@ pub mod heard_settings;
 pub mod host;
 #[cfg(feature = "telegrams")]
 pub mod leftover;
+pub mod leftover_set;
 #[cfg(feature = "telegrams")]
 pub mod lms2xx;
 #[cfg(feature = "telegrams")]

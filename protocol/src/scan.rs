@@ -6,7 +6,7 @@ use core::time::Duration;
 
 use crate::angle::BeamGrid;
 use crate::echo::EchoChoice;
-use crate::leftover::LeftoverSet;
+use crate::leftover_set::LeftoverSet;
 use crate::validity::DeviceStatus;
 
 /// The range of a beam that came back without an echo. Misses are data: a canopy estimate without them is biased.

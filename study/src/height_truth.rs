@@ -3,10 +3,8 @@
 use rowscan_canopy::Estimate;
 use rowscan_scenes::{CellGrid, Orchard, RowCells, SeenRow};
 
-use crate::appraisal::END_M;
+use crate::appraisal::{CELL_M, END_M};
 
-/// Length of a cell along the row, metres, about: a whole number of them makes the row.
-const CELL_M: f64 = 0.05;
 /// Most cells of a row, and most bands.
 const MOST: f64 = 1e6;
 

@@ -69,6 +69,7 @@ mod picoscan_replay;
 mod profiles;
 mod proxy;
 mod pty;
+mod reconnected;
 mod record;
 mod record_lms2xx;
 mod recorded_echo;

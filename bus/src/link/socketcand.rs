@@ -9,6 +9,9 @@ use super::dialect::Dialect;
 use crate::port_event::PortEvent;
 use crate::{CanFrame, CanId};
 
+/// How long a client that has opened its bus hears no frames, host time: python-can takes whatever comes with the answer to its opening for a part of it. Its own
+/// frames do not wait.
+pub const QUIET: Duration = Duration::from_millis(50);
 /// No element is longer.
 const LONGEST: usize = 128;
 
@@ -103,8 +106,7 @@ fn sent<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<CanFrame> {
 impl Dialect for Conversation {
     const SERVER: &'static str = "a socketcand server";
     const GREETING: &'static str = Self::GREETING;
-    // python-can takes whatever comes with the answer to its opening for a part of it: frames for it wait a moment, and its own do not.
-    const QUIET: Duration = Duration::from_millis(50);
+    const QUIET: Duration = QUIET;
 
     fn take(&mut self, bytes: &[u8], answers: &mut Vec<u8>, heard: &mut Vec<PortEvent>) {
         let mut text = String::new();

@@ -1,15 +1,19 @@
-//! Which echo recorded scans hold.
+//! Which echo recorded scans hold, and what was taken from them.
 
 use rowscan_protocol::heard_settings::HeardSettings;
+use rowscan_protocol::leftover_set::LeftoverSet;
 use rowscan_protocol::model::Model;
 use rowscan_protocol::optics::FactoryEcho;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Rig};
 use rowscan_protocol::telegram::fr_echo_filter;
 
-/// Notes the echo that was in force at each scan.
+/// Notes the settings that were in force at each scan.
 #[derive(Debug, Default)]
-pub(super) struct EchoTrace {
+pub(super) struct SettingsTrace {
     scans: AtScans,
+    /// What took something from the first scan, and what changed behind it.
+    leftovers: Option<LeftoverSet>,
+    changed: LeftoverSet,
 }
 
 /// The code of FREchoFilter at the scans so far.
@@ -36,11 +40,18 @@ pub enum ToldEcho {
     Several,
 }
 
-impl EchoTrace {
-    /// A scan comes, with this code in force.
-    pub(super) fn scan(&mut self, code: Option<u8>) {
-        let now = AtScans::One(code);
+impl SettingsTrace {
+    /// A scan comes, with these settings in force.
+    pub(super) fn scan(&mut self, heard: &HeardSettings) {
+        let first = *self.leftovers.get_or_insert(heard.leftovers());
+        self.changed = self.changed.or(first.differing(heard.leftovers()));
+        let now = AtScans::One(heard.code());
         self.scans = if [AtScans::NoScan, now].contains(&self.scans) { now } else { AtScans::Several };
+    }
+
+    /// What took something from some scans and not from others.
+    pub(super) fn changed(&self) -> LeftoverSet {
+        self.changed
     }
 
     /// What the scans hold by it; where there was none, what was heard at last.
@@ -115,16 +126,17 @@ mod tests {
     fn an_echo_that_changes_between_scans_is_that_of_neither() {
         use rowscan_protocol::frame::Dialect;
         use rowscan_protocol::telegram::Telegram;
-        let told = |lines: &[&str]| {
-            let (mut trace, mut heard) = (EchoTrace::default(), HeardSettings::default());
+        let traced = |lines: &[&str]| {
+            let (mut trace, mut heard) = (SettingsTrace::default(), HeardSettings::default());
             for line in lines {
                 match *line {
-                    "scan" => trace.scan(heard.code()),
+                    "scan" => trace.scan(&heard),
                     line => heard.take(&Telegram::parse(Dialect::A, line.as_bytes()).expect("a telegram")),
                 }
             }
-            trace.told(&heard)
+            (trace.told(&heard), trace.changed().iter().map(|(_, setting)| setting.name).collect::<Vec<_>>())
         };
+        let told = |lines: &[&str]| traced(lines).0;
         let (first, last, yes) = ("sWN FREchoFilter 0", "sWN FREchoFilter 2", "sWA FREchoFilter");
         for (lines, expected) in [
             (&["scan", "scan"][..], ToldEcho::Nothing),
@@ -138,6 +150,17 @@ mod tests {
             (&["sRA FREchoFilter 2"], ToldEcho::Code(2)),
         ] {
             assert_eq!(told(lines), expected, "{lines:?}");
+        }
+        let (on, off, yes) = ("sWN LFPparticle 1 +500", "sWN LFPparticle 0 +500", "sWA LFPparticle");
+        for (lines, expected) in [
+            (&["scan", "scan"][..], &[][..]),
+            (&[on, yes, "scan", "scan"], &[]),
+            (&[on, yes, "scan", off, yes], &[]),
+            (&[on, yes, "scan", off, yes, "scan"], &["LFPparticle"]),
+            (&["scan", on, yes, "scan", off, yes, "scan"], &["LFPparticle"]),
+            (&["scan", on, "sFA 5", "scan"], &[]),
+        ] {
+            assert_eq!(traced(lines).1, expected, "{lines:?}");
         }
     }
 }

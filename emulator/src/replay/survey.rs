@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::device::DeviceEvent as Event;
 use rowscan_protocol::heard_settings::HeardSettings;
+use rowscan_protocol::leftover_set::LeftoverSet;
 use rowscan_protocol::lms2xx::settings_reply::has_values;
 use rowscan_protocol::model::{AnyModel, MODELS, Model};
 use rowscan_protocol::telegram::device_ident::DeviceIdent;
@@ -16,7 +17,7 @@ use rowscan_recording::{
 };
 
 use super::compact::TurnMoments;
-use super::echo::{EchoTrace, ToldEcho};
+use super::echo::{SettingsTrace, ToldEcho};
 use super::moment::{Moment, Moments};
 use super::timed_frames::TimedFrames;
 use super::traces::Traces;
@@ -76,10 +77,10 @@ pub struct Part {
     pub(super) passwords: Vec<u32>,
     traces: Traces,
     polls: Option<Polls>,
-    /// What is heard of the scanner's echo.
+    /// What is heard of the scanner's settings.
     heard: HeardSettings,
-    /// The echo at the scans that it sent by itself, and at those that were polled.
-    echoes: [EchoTrace; 2],
+    /// The settings at the scans that it sent by itself, and at those that were polled.
+    scans_of: [SettingsTrace; 2],
 }
 
 /// Streams that are played at an assumed rate.
@@ -308,7 +309,7 @@ impl Part {
             traces: Traces::default(),
             polls: None,
             heard: HeardSettings::default(),
-            echoes: Default::default(),
+            scans_of: Default::default(),
         }
     }
 
@@ -328,7 +329,7 @@ impl Part {
         self.ends_ns = self.ends_ns.max(frame.at_ns);
         let turns = self.compact.take(frame.bytes.get(frame.frame_at..).unwrap_or_default());
         self.scans += turns.len() as u64;
-        turns.iter().for_each(|_| self.echoes[0].scan(self.heard.code()));
+        turns.iter().for_each(|_| self.scans_of[0].scan(&self.heard));
         if !turns.is_empty() {
             self.first_scan_ns.get_or_insert(frame.at_ns);
             self.last_scan_ns = self.last_scan_ns.max(Some(frame.at_ns));
@@ -342,7 +343,7 @@ impl Part {
             return;
         }
         self.scans += 1;
-        self.echoes[0].scan(self.heard.code());
+        self.scans_of[0].scan(&self.heard);
         self.first_scan_ns.get_or_insert(at_ns);
         self.last_scan_ns = self.last_scan_ns.max(Some(at_ns));
         if self.first_scan.is_none() {
@@ -356,13 +357,22 @@ impl Part {
         let polls = self.polls.get_or_insert(Polls { first_ns: at_ns, last_ns: at_ns, scans: 0, scan });
         polls.last_ns = polls.last_ns.max(at_ns);
         polls.scans += 1;
-        self.echoes[1].scan(self.heard.code());
+        self.scans_of[1].scan(&self.heard);
     }
 
     /// What the conversation tells of the echo in the scans.
     pub fn told_echo(&self) -> ToldEcho {
-        let [sent, polled] = &self.echoes;
-        if self.polled { polled.told(&self.heard) } else { sent.told(&self.heard) }
+        self.settings_at_scans().told(&self.heard)
+    }
+
+    /// Settings that take something from some of the scans and not from others. The device that plays them has these as they were at the first scan.
+    pub fn settings_changed(&self) -> LeftoverSet {
+        self.settings_at_scans().changed()
+    }
+
+    fn settings_at_scans(&self) -> &SettingsTrace {
+        let [sent, polled] = &self.scans_of;
+        if self.polled { polled } else { sent }
     }
 
     /// Without a scan that the device sent by itself, the polled ones are what is played. Beside others they would be the same scans again.

@@ -265,6 +265,15 @@ fn tell_streams(survey: &Survey, played: &[&Part]) {
             (true, true) => {
                 let (answers, polled) = (part.script.len(), if part.polled { " by polls" } else { "" });
                 say(format_args!("{}: {} scans{polled}, {answers} recorded answers", part.name, part.scans));
+                let changed: Vec<&str> =
+                    part.settings_changed().iter().map(|(_, setting)| setting.name).collect();
+                if !changed.is_empty() {
+                    say(format_args!(
+                        "{}: its client changed {} between scans; whoever asks is told what held at the first one, and `rowscan estimate FILE` tells how many scans are changed",
+                        part.name,
+                        changed.join(", ")
+                    ));
+                }
                 if let Some(hertz) = part.assumed_hz {
                     say(format_args!(
                         "{}: nothing in the file tells when its scans were made; they are played at the rate of their mode, {hertz:.2} scans a second{}",

@@ -15,7 +15,9 @@ use rowscan_scenes::patches::Patch;
 use rowscan_scenes::{Orchard, SeenRow, Surface, Truth, patches};
 
 use organs::Eye;
-use section::{CELL_M, Section, Shares};
+use section::{Section, Shares};
+
+pub(crate) use section::CELL_M;
 
 /// Square metres in a hectare.
 const HECTARE_M2: f64 = 10_000.0;

@@ -57,7 +57,7 @@ class Controller:
         self.advance(at_s)
         if group == GROUND_SPEED:
             raw = data[0] | data[1] << 8
-            self.speed_m_s, self.speed_at_s = (raw / 1000 if raw <= 64255 else 0.0), at_s
+            self.speed_m_s, self.speed_at_s = (raw / 1000 if raw <= 64255 else 0.0), self.now_s
         if group == FLOW_METER:
             self.report(int.from_bytes(data[:4], "little") / PULSES_PER_L)
         self.decide()
