@@ -304,13 +304,13 @@ fn record_of(scenario: &Scenario, child: &Child) -> ChildRecord {
     }
 }
 
-/// Faults that were to come some seconds later, and were over before the tractor set off: on a paced clock, time goes on while children start.
+/// Faults that were to come later, and were over before the tractor set off: on a paced clock, time goes on while children start.
 fn over_before_drive(faults: &[ScenarioFault], journal: &Journal) -> Vec<String> {
     let Some(began) = journal.began() else { return Vec::new() };
     let over = |fault: &ScenarioFault| {
         let ScenarioFault::Rig(spec) = fault else { return None };
         let id = spec.id.as_deref().unwrap_or(spec.fault.name);
-        let is_later = matches!(spec.at, At::Time(after) if !after.is_zero());
+        let is_later = !matches!(spec.at, At::Start | At::Time(Duration::ZERO));
         let ended = journal.first(&format!("{id}.end")).filter(|ended| is_later && *ended < began)?;
         Some(format!(
             "the fault `{id}` was over at {:.3} s, before the drive began at {:.3} s: on a paced clock time goes on while children start; let it begin at a place (`row_m`), or take lockstep",

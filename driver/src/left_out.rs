@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct StreamsLeftOut {
-    /// The stream that is read: the first by name.
+    /// The stream that is read: the first by name. Later conversations with the same scanner are read behind it.
     pub read: String,
     /// The others, by name.
     pub left_out: Vec<String>,

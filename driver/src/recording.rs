@@ -41,6 +41,8 @@ pub(crate) struct Recording {
     later: Later,
     /// Packets to be taken before the next one of the file.
     due: VecDeque<Packet>,
+    /// The first stream that was read.
+    first: Option<String>,
     /// Bad frames of conversations that were read before.
     bad_before: u64,
     /// The stream that bytes came from last.
@@ -78,6 +80,7 @@ impl Recording {
             taken: None,
             later: Later::default(),
             due: VecDeque::new(),
+            first: None,
             bad_before: 0,
             current: 0,
             max_payload,
@@ -101,6 +104,7 @@ impl Recording {
                 if event == HostEvent::Scan && self.chosen.is_none() {
                     let chosen = self.current;
                     self.chosen = Some(chosen);
+                    self.first = self.recording.streams().get(chosen).map(|stream| stream.name.clone());
                     self.clients.retain(|stream, _| *stream == chosen);
                 }
                 return Ok(Some(event));
@@ -307,7 +311,7 @@ impl Feed for Recording {
     }
 
     fn streams_left_out(&self) -> Option<StreamsLeftOut> {
-        let read = self.recording.streams().get(self.chosen?)?.name.clone();
+        let read = self.first.clone()?;
         let left_out: Vec<String> = self.left_out.iter().cloned().collect();
         (!left_out.is_empty()).then_some(StreamsLeftOut { read, left_out })
     }

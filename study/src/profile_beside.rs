@@ -60,6 +60,13 @@ pub enum Asked<'a> {
 }
 
 impl ProfileBeside {
+    /// True if the row's truth was asked for, and none is known.
+    pub fn lacks_truth(&self) -> bool {
+        let is_unknown =
+            |band: &BandBeside| band.truth.is_some_and(|truth| truth.truth_leaf_area_m2.is_none());
+        self.row.iter().any(is_unknown) && self.row.iter().all(is_unknown)
+    }
+
     /// The profile of an estimate, if it has one.
     pub fn of(estimate: &Estimate, asked: Asked<'_>) -> Option<Self> {
         let HeightProfile { band_m, row, trees } = estimate.profile.as_ref()?;

@@ -2,13 +2,14 @@
 
 use crate::common;
 
-use common::replayed::write;
+use common::replayed::{Packets, write};
 use common::talk::Talk;
 use rowscan_canopy::Warning;
 use rowscan_driver::{DriverConfig, Scanner, Source};
 use rowscan_protocol::frame::Dialect;
-use rowscan_protocol::model::MODELS;
+use rowscan_protocol::model::{self, MODELS};
 use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_recording::Side;
 use rowscan_study::reading::{CalibrationChoice, Reading};
 
 /// A setting in CoLa A: its name, a value that takes something, and one that takes nothing.
@@ -22,10 +23,14 @@ const SETTINGS: &[(&str, &str, &str)] = &[
 
 /// What scans of a recording know, and the codes and words of an estimate's warnings of it.
 async fn read(talk: Talk) -> (Vec<Vec<&'static str>>, Vec<String>) {
+    let model = talk.device.model().name;
+    read_packets(&talk.recorded(0), model).await
+}
+
+async fn read_packets(packets: &Packets, model: &str) -> (Vec<Vec<&'static str>>, Vec<String>) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("said.mcap");
-    let model = talk.device.model().name;
-    write(&path, &talk.recorded(0));
+    write(&path, packets);
     let rig = Rig { scanners: vec![Mount { model: model.into(), ..Mount::default() }], ..Rig::default() };
     let reading =
         Reading::of_recording(Some(&rig), 0, true, CalibrationChoice::Given(None)).expect("it reads");
@@ -78,4 +83,20 @@ async fn a_recording_tells_what_was_taken_from_its_scans_while_it_was() {
         }
     }
     assert!(tried >= 8, "{tried}");
+}
+
+/// A client that sends all its requests at once, with the login, before the scanner has said a word.
+#[tokio::test]
+async fn settings_that_are_sent_at_once_are_heard_as_well() {
+    let mut talk = Talk::with(model::by_name("lms111").expect("known"), Dialect::A);
+    assert!(talk.ask(b"sWN LFPmeanfilter 1 +3 0").starts_with(b"sWA"));
+    let said = talk.recorded(12);
+    let (asked, answered): (Packets, Packets) =
+        said.into_iter().partition(|(_, from, _)| *from == Side::Host);
+    let at = asked[0].0;
+    let at_once = asked.into_iter().flat_map(|(.., bytes)| bytes).collect();
+    let packets: Packets = [(at, Side::Host, at_once)].into_iter().chain(answered).collect();
+    let (known, told) = read_packets(&packets, "lms111").await;
+    assert!(known.len() >= 4 && known.iter().all(|names| names.as_slice() == ["LFPmeanfilter"]), "{known:?}");
+    assert_eq!(told.len(), 1, "{told:?}");
 }

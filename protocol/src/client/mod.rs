@@ -23,6 +23,8 @@ pub struct ColaClient {
     decoder: FrameDecoder,
     /// Of a client that only listens: frames of the host, where its bytes come apart from the scanner's.
     overheard: Option<FrameDecoder>,
+    /// The host's bytes began anew, and the scanner's have not yet: what it asks is answered there.
+    asks_anew: bool,
     machine: Machine,
 }
 
@@ -30,13 +32,13 @@ impl ColaClient {
     /// A client that sets the scanner up, subscribes to its scans, and goes on decoding them.
     pub fn new(config: ColaConfig, dialect: Dialect) -> Self {
         let decoder = FrameDecoder::new(Accept::Only(dialect), config.max_payload);
-        Self { decoder, overheard: None, machine: Machine::start(config, dialect) }
+        Self { decoder, overheard: None, asks_anew: false, machine: Machine::start(config, dialect) }
     }
 
     /// A client that only listens: to a recording, or a tapped line, in either dialect, with one side's frames or both sides'.
     pub fn listen(max_payload: usize) -> Self {
         let decoder = || FrameDecoder::new(Accept::Either, max_payload);
-        Self { decoder: decoder(), overheard: Some(decoder()), machine: Machine::listen() }
+        Self { decoder: decoder(), overheard: Some(decoder()), asks_anew: false, machine: Machine::listen() }
     }
 
     /// The telegram that the last scan came from.
@@ -55,6 +57,7 @@ impl ColaClient {
 
 impl HostSession for ColaClient {
     fn handle_bytes(&mut self, now: Duration, bytes: &[u8]) {
+        self.asks_anew = false;
         self.machine.set_time(now);
         self.decoder.push(bytes);
         self.advance();
@@ -67,7 +70,9 @@ impl HostSession for ColaClient {
 
     fn handle_gap(&mut self) {
         self.handle_end();
-        self.machine.forget_requests();
+        if !core::mem::take(&mut self.asks_anew) {
+            self.machine.forget_requests();
+        }
     }
 
     /// A request is heard once it is whole, before the scanner's next bytes.
@@ -75,6 +80,8 @@ impl HostSession for ColaClient {
         let Some(decoder) = &mut self.overheard else { return };
         if follows_gap {
             decoder.finish();
+            self.machine.forget_requests();
+            self.asks_anew = true;
         }
         decoder.push(bytes);
         while let Some(frame) = decoder.next_frame() {

@@ -23,6 +23,7 @@ use rowscan_ports::task;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice, Rig};
 use rowscan_study::class::bare_class;
+use rowscan_study::profile_beside::ProfileBeside;
 use rowscan_study::reading::{CalibrationChoice, Reading, ReadingError};
 use rowscan_study::side_by_side::beside_truth;
 use rowscan_study::sides::SidesError;
@@ -385,8 +386,9 @@ impl Args {
         };
         let profile = self.profile.told(&estimate, *scanner, truth);
         let row_ends = truth.is_some_and(|(stage, _)| !stage.orchard.period_m().is_finite());
-        let beyond = side_by_side.iter().any(|beside| beside.measure.value.is_some());
-        if row_ends && beyond && side_by_side.iter().all(|beside| beside.truth.is_none()) {
+        let mut beside = side_by_side.iter().filter(|beside| beside.measure.value.is_some()).peekable();
+        let untold = beside.peek().is_some() && beside.all(|beside| beside.truth.is_none());
+        if row_ends && (untold || profile.as_ref().is_some_and(ProfileBeside::lacks_truth)) {
             say(format_args!(
                 "no truth is told of the row: the scans reach beyond its ends, and nothing is known there; begin with `start_m` 0, and end with --length"
             ));
