@@ -31,7 +31,7 @@ const DRIVEN_THROUGH: f64 = 0.25;
 const BEFORE_CROWNS_M: f64 = 0.2;
 /// Share of the canopy's returns that stand there from which on that is told. Seven training systems on bare ground: 0.001 at most.
 const GROWTH_SHARE: f64 = 0.01;
-/// The same of a band above [`LOWEST_M`], where growth below it was told: it reaches up there.
+/// Share of the returns in a band above [`LOWEST_M`] from which on growth that was found below reaches into that band.
 const TALL_SHARE: f64 = 0.002;
 /// Height of such a band, metres.
 const BAND_M: f64 = 0.25;
@@ -54,7 +54,7 @@ pub(crate) struct Across {
 pub(crate) struct Growth {
     /// Share of the canopy's returns that are low ones in the alley.
     pub(crate) share: f64,
-    /// Bands that it reaches up through.
+    /// How many bands it reaches, from the lowest one on.
     pub(crate) bands: usize,
 }
 

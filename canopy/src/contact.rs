@@ -65,12 +65,13 @@ impl Sampled {
         let per_density_m2 = voxels.volume_m3() / projection;
         let mut sampled = Self { hits: voxels.hits(), ..Self::default() };
         for layer in voxels.layers(density) {
-            sampled.leaf_m2 += (layer.density + layer.filled) * per_density_m2;
+            let leaf_m2 = (layer.density + layer.filled) * per_density_m2;
+            sampled.leaf_m2 += leaf_m2;
             sampled.filled_m2 += layer.filled * per_density_m2;
             if let Some(growth_m2) =
                 growth_band(layer.z_m[0]).and_then(|band| sampled.growth_m2.get_mut(band))
             {
-                *growth_m2 += (layer.density + layer.filled) * per_density_m2;
+                *growth_m2 += leaf_m2;
             }
             sampled.visited += u64::from(layer.visited);
             sampled.unvisited += u64::from(layer.unvisited);
@@ -131,13 +132,13 @@ impl Sampled {
         if self.hits_m > 0.0 { 1.0 - self.told_m / self.hits_m } else { 0.0 }
     }
 
-    /// Share of the leaf area that stands no higher than growth that reaches up through so many bands.
+    /// Share of the leaf area in the lowest bands, so many of which growth reaches.
     pub(crate) fn within_growth(&self, bands: usize) -> f64 {
         let low_m2: f64 = self.growth_m2.iter().take(bands).sum();
         if self.leaf_m2 > 0.0 { (low_m2 / self.leaf_m2).min(1.0) } else { 0.0 }
     }
 
-    /// How much of the leaves beams have not told, in voxels of this edge.
+    /// How much of the leaf area the beams did not resolve, with voxels of this edge.
     pub(crate) fn unresolved(&self, edge_m: f64) -> Unresolved {
         let (sum, squares) = self.frequencies;
         Unresolved {

@@ -191,12 +191,13 @@ fn tell_how_sure(
         estimate.warnings.push(Warning::TooFewBlocks { blocks, expected: blocks::FEWEST });
     }
     let sampled = sampled.ok();
+    let so_far = pass.row.sampled_so_far();
     let parts = Uncertainty {
         sampling: sampled.map(|(sd, _)| amplified * sd),
         between_class: class.and_then(|_| between(&compared)),
         density: Some(match counted.scale {
             Some(scale) => scale.density_sd(raw_m2_per_m),
-            None => uncertainty::unresolved_sd(pass.row.sampled_so_far().unresolved(pass.row.voxel_m())),
+            None => uncertainty::unresolved_sd(so_far.unresolved(pass.row.voxel_m())),
         }),
         own_law: counted.scale.and_then(|scale| scale.own_law(raw_m2_per_m)),
         own_law_weighs: counted.scale.and_then(|scale| scale.own_law_weighs(raw_m2_per_m)),
@@ -211,14 +212,14 @@ fn tell_how_sure(
         min_share: Some(pass.row.least_share_relative_sd()).filter(|sd| *sd > 0.0).map(|sd| amplified * sd),
         distance: Some(pass.mount.distance_sd_m)
             .filter(|sd_m| *sd_m > 0.0)
-            .map(|sd_m| amplified * uncertainty::distance_sd(pass.row.sampled_so_far().hidden(), sd_m)),
+            .map(|sd_m| amplified * uncertainty::distance_sd(so_far.hidden(), sd_m)),
         voxels: law.other_edge().and_then(|other| other.relative_sd).map(|sd| amplified * sd),
         sides: estimate.other_side.map(|_| amplified * uncertainty::SIDES_SD),
         outline: law.beyond_outline().map(uncertainty::outline_sd),
-        growth: pass.row.growth_in_alley().map(|growth| {
-            let share = pass.row.sampled_so_far().within_growth(growth.bands);
-            amplified * uncertainty::without_growth(share)
-        }),
+        growth: pass
+            .row
+            .growth_in_alley()
+            .map(|growth| amplified * uncertainty::without_growth(so_far.within_growth(growth.bands))),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
     // The error of the spot correction is part of a calibration on wide beams.

@@ -82,7 +82,10 @@ impl RowPass {
             row: Row::new(rig, mount, parameters)?,
             open: OpenLine::default(),
             shares: Shares::new(&parameters),
-            deskew: mount.attitude().leans().then(|| Deskew::new(mount.meets_axis_m() - mount.offset_y_m)),
+            deskew: mount
+                .attitude()
+                .leans()
+                .then(|| Deskew::new(mount.ahead_m(mount.distance_m, 0.0).unwrap_or(0.0))),
             mirror_y_m: 0.0,
         })
     }

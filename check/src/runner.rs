@@ -308,8 +308,7 @@ fn record_of(scenario: &Scenario, child: &Child) -> ChildRecord {
 fn over_before_drive(faults: &[ScenarioFault], journal: &Journal) -> Vec<String> {
     let Some(began) = journal.began() else { return Vec::new() };
     let over = |fault: &ScenarioFault| {
-        let ScenarioFault::Rig(spec) = fault else { return None };
-        let id = spec.id.as_deref().unwrap_or(spec.fault.name);
+        let (ScenarioFault::Rig(spec), Some(id)) = (fault, fault.id()) else { return None };
         let is_later = !matches!(spec.at, At::Start | At::Time(Duration::ZERO));
         let ended = journal.first(&format!("{id}.end")).filter(|ended| is_later && *ended < began)?;
         Some(format!(
@@ -393,7 +392,7 @@ async fn accompany(
     }
     *bytes_before = compared_files(scenario, folder);
     if scenario.clock.mode != Mode::Lockstep && !scenario.buses.is_empty() {
-        // Time goes on without whoever came last to a bus and hears nothing yet.
+        // On this clock the drive does not wait for a client that has just opened its bus and gets no frames yet.
         rest(socketcand::QUIET).await;
     }
     around.hold.release();

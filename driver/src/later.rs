@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use rowscan_recording::{Packet, Side};
 
-/// Packets of a scanner in another conversation, while the one that is read has none, from which on that is over. Two clients that read at once are heard in
-/// turns.
+/// After so many packets of another conversation, and none of the one that is read, that one is over. Two clients that read at the same time alternate, so
+/// neither is over.
 const OVER: usize = 32;
 /// Packets kept of a conversation at most.
 const MOST: usize = 1024;

@@ -209,7 +209,7 @@ impl BusOutput {
         self.open
     }
 
-    /// The drive has started. Whoever listens: a machine speaks on its bus before anybody comes to it.
+    /// The drive has started. A machine speaks on its bus even if nobody listens.
     pub(crate) fn begin(&mut self, at: SimTime) {
         if std::mem::take(&mut self.held) {
             self.first = self.opened(at);

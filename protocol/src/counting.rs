@@ -345,8 +345,8 @@ impl Counting {
 }
 
 impl Turns {
-    /// True of a telegram that follows on the one before by as many turns as that did on its own, in the time of so many turns: another output interval, or a mean
-    /// of so many scans, was set. A pause is not as long twice.
+    /// True if this telegram and the one before it each came after the same number of turns, in the time that so many turns take: a client has set another output
+    /// interval, or a mean filter. Two pauses in a row are hardly equally long.
     fn go_on(&mut self, telegrams: u16, turns: u16, passed_turns: f64) -> bool {
         let is_counted = telegrams == 1
             && f64::from(turns) <= MAX_OUTPUT_INTERVAL

@@ -3,9 +3,9 @@
 use rowscan_canopy::Estimate;
 use rowscan_scenes::{CellGrid, Orchard, RowCells, SeenRow};
 
-use crate::appraisal::{CELL_M, END_M};
+use crate::cells_along::CellsAlong;
 
-/// Most cells of a row, and most bands.
+/// Most cells of a stretch, and most bands.
 const MOST: f64 = 1e6;
 
 /// The true leaf area of a row, by cell along the row and band of height.
@@ -13,8 +13,7 @@ const MOST: f64 = 1e6;
 pub struct TruthByBand {
     /// From the ground up, m²: by cell along one period of the row, or along a row that ends.
     columns: Vec<Vec<f64>>,
-    repeats: bool,
-    cell_m: f64,
+    along: CellsAlong,
     start_m: f64,
     spacing_m: Option<f64>,
 }
@@ -22,11 +21,8 @@ pub struct TruthByBand {
 impl TruthByBand {
     /// Measures a row in bands of this height; the first line of an estimate of it lies at `start_m`.
     pub fn of((orchard, seen): (&Orchard, SeenRow), band_m: f64, start_m: f64) -> Self {
-        let repeats = orchard.period_m().is_finite();
-        let row_m = if repeats { orchard.period_m() } else { orchard.length_m() };
-        let count = (row_m / CELL_M).round();
-        let count = if (1.0..=MOST).contains(&count) { count as usize } else { 0 };
-        let cell_m = row_m / count as f64;
+        let along = CellsAlong::of(orchard);
+        let CellsAlong { count, cell_m, .. } = along;
         let mut columns = vec![Vec::new(); count];
         let cells =
             (count > 0).then(|| orchard.cells_of_row(seen.row, CellGrid { cell_m, band_m })).flatten();
@@ -43,7 +39,7 @@ impl TruthByBand {
                 *sum += cell.areas.leaf_area_m2;
             }
         }
-        Self { columns, repeats, cell_m, start_m, spacing_m: orchard.tree_spacing_m() }
+        Self { columns, along, start_m, spacing_m: orchard.tree_spacing_m() }
     }
 
     /// Of as much of the row as an estimate scanned, so many bands from the ground up, m²; `None` where that is not known.
@@ -59,20 +55,13 @@ impl TruthByBand {
 
     /// A cell that only partly lies between counts by its share.
     fn between(&self, [from_m, to_m]: [f64; 2], bands: usize) -> Option<Vec<f64>> {
-        let cells = (to_m - from_m) / self.cell_m;
-        let row_m = self.columns.len() as f64 * self.cell_m;
-        // Nothing is known beyond a row that ends.
-        let stands = self.repeats || (from_m > -END_M && to_m < row_m + END_M);
-        if self.columns.is_empty() || cells.is_nan() || cells > MOST || !stands {
+        let cells = (to_m - from_m) / self.along.cell_m;
+        if cells.is_nan() || cells > MOST {
             return None;
         }
         let mut sums = vec![0.0; bands];
-        let first = (from_m / self.cell_m + 1e-6).floor() as i64;
-        let last = (to_m / self.cell_m - 1e-6).ceil() as i64;
-        for cell in first..last {
-            let (low_m, high_m) = (cell as f64 * self.cell_m, (cell + 1) as f64 * self.cell_m);
-            let share = ((high_m.min(to_m) - low_m.max(from_m)) / self.cell_m).clamp(0.0, 1.0);
-            let column = self.columns.get(cell.rem_euclid(self.columns.len() as i64) as usize);
+        for (cell, share) in self.along.between(from_m, to_m)? {
+            let column = self.columns.get(cell);
             for (sum, leaf_m2) in sums.iter_mut().zip(column.into_iter().flatten()) {
                 *sum += leaf_m2 * share;
             }

@@ -10,6 +10,7 @@ pub mod archive;
 pub mod areas;
 pub mod budget;
 pub mod calibrations;
+mod cells_along;
 pub mod class;
 pub mod classes;
 pub mod clumping;

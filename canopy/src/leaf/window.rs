@@ -18,7 +18,7 @@ pub struct LeafWindow {
     row_spacing: Known,
     /// Where the leaf area comes from.
     pub estimator: LeafAreaEstimator,
-    /// Metres from the end of the window on to the mirror; below 0 where a scan plane that looks ahead has the window's end before the mirror.
+    /// Metres from the end of the window to the mirror; negative where the window ends ahead of the mirror, as with a yaw.
     pub behind_m: f64,
 }
 

@@ -89,7 +89,7 @@ const BY_DEPTH: f64 = 0.2;
 /// The same over the share of the leaf area that stands in voxels which too few beams reached: small crowns through an eye, of LAI 0.5 to 2.5 35 to 55 % low.
 const BY_FILLED: f64 = 0.6;
 
-/// How much of a row's leaves beams have not told, as its scans tell.
+/// How much of a row's leaf area the beams did not resolve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Unresolved {
     /// Share of the row's voxels that too few beams reached.
@@ -100,7 +100,7 @@ pub(crate) struct Unresolved {
     pub(crate) optical_depth: f64,
 }
 
-/// The relative standard deviation of a raw leaf area of a row of which so much is not resolved: they are signs of one error, so the largest counts.
+/// The relative standard deviation of a row's raw leaf area of which so much is not resolved. All three are signs of one error, so the largest counts.
 pub(crate) fn unresolved_sd(row: Unresolved) -> f64 {
     let Unresolved { unseen, filled, optical_depth } = row;
     combined([SLABS_SD, (BY_HIDDEN * unseen).max(BY_FILLED * filled).max(BY_DEPTH * optical_depth)])

@@ -199,8 +199,8 @@ impl fmt::Display for Warning {
             }
             Self::TurnsLeftOut { turns, of } => write!(
                 f,
-                "no scan came of {turns} of {} of the mirror, beyond one in every so many that were asked for at first; a client that set another output interval \
-                 (LMDscandatacfg) meanwhile leaves them out, and so does a virtual scanner whose machine is too slow for real time: let that run slower \
+                "no scan came of {turns} of {} of the mirror, beyond the smallest output interval of the stream. Either a client changed that interval \
+                 (LMDscandatacfg), or a virtual scanner's machine is too slow for real time: let that scanner run slower \
                  (--time-scale 0.5), or as fast as it can (--time-scale max)",
                 plural(*of, "turn", "turns")
             ),

@@ -19,26 +19,21 @@ use section::{Section, Shares};
 
 pub(crate) use section::CELL_M;
 
+use crate::cells_along::CellsAlong;
+
 /// Square metres in a hectare.
 const HECTARE_M2: f64 = 10_000.0;
-/// Most sections of a row.
-const MOST_SECTIONS: f64 = 1e6;
 
 /// A row of an orchard, in sections.
 #[derive(Clone, Debug)]
 pub struct Appraisal {
     truth: Truth,
     sections: Vec<Section>,
-    section_m: f64,
+    along: CellsAlong,
     row_spacing_m: Option<f64>,
-    /// A drive that turns finds the row's end.
-    repeats: bool,
     /// Of the whole row.
     finer: Vec<Measure>,
 }
-
-/// How far beyond the row's end a scan of the row may be, metres.
-pub(crate) const END_M: f64 = 0.1;
 
 /// A stretch of the row: its organs between two places.
 #[derive(Clone, Debug)]
@@ -75,29 +70,19 @@ impl Appraisal {
 
     /// The exact areas of the row, and the leaf areas of its sections.
     fn of_leaves(orchard: &Orchard, seen: SeenRow) -> Self {
-        let length_m = orchard.length_m();
-        let count = (length_m / CELL_M).round();
-        let count = if (1.0..=MOST_SECTIONS).contains(&count) { count as usize } else { 0 };
-        let section_m = length_m / count as f64;
-        let grid = rowscan_scenes::TruthGrid { slab_m: section_m, ..Default::default() };
+        let along = CellsAlong::of(orchard);
+        let grid = rowscan_scenes::TruthGrid { slab_m: along.cell_m, ..Default::default() };
         let truth = orchard.truth_of_row(seen.row, grid);
-        let mut sections: Vec<Section> = vec![Section::default(); count];
+        let mut sections: Vec<Section> = vec![Section::default(); along.count];
         for (section, slab) in sections.iter_mut().zip(&truth.slabs) {
             section.leaf_m2 = slab.leaf_area_m2;
         }
-        Self {
-            truth,
-            sections,
-            section_m,
-            row_spacing_m: orchard.row_spacing_m(),
-            repeats: orchard.period_m().is_finite(),
-            finer: Vec::new(),
-        }
+        Self { truth, sections, along, row_spacing_m: orchard.row_spacing_m(), finer: Vec::new() }
     }
 
     /// The outline of the crown, and the returns that its organs would give.
     fn add_outline(&mut self, (orchard, seen): (&Orchard, SeenRow), mount: &Mount, clearance_m: f64) {
-        let (length_m, section_m, sections) = (orchard.length_m(), self.section_m, &mut self.sections);
+        let (length_m, section_m, sections) = (orchard.length_m(), self.along.cell_m, &mut self.sections);
         let count = sections.len();
         let at = |y_m: f64| ((y_m.rem_euclid(length_m) / section_m) as usize).min(count.saturating_sub(1));
         let mut put = |[x, y, z]: [f64; 3], add: &dyn Fn(&mut Section)| {
@@ -152,20 +137,13 @@ impl Appraisal {
 
     /// The row between two places, repeated as often as they ask for; nothing is known of a stretch beyond a row that ends.
     pub fn stretch(&self, from_m: f64, to_m: f64) -> Stretch<'_> {
-        let row_m = self.section_m * self.sections.len() as f64;
+        let row_m = self.along.row_m();
         let length_m = (to_m - from_m).max(0.0);
         let whole = (length_m / row_m - 1.0).abs() < 1e-3;
         let mut parts = Vec::new();
-        let stands = self.repeats || (from_m > -END_M && to_m < row_m + END_M);
-        if row_m > 0.0 && length_m / row_m < 1000.0 && stands {
-            let first = (from_m / self.section_m).floor() as i64;
-            let last = (to_m / self.section_m).ceil() as i64;
-            for k in first..last {
-                let (low_m, high_m) = (k as f64 * self.section_m, (k + 1) as f64 * self.section_m);
-                let share = (high_m.min(to_m) - low_m.max(from_m)) / self.section_m;
-                let section = self.sections.get(k.rem_euclid(self.sections.len() as i64) as usize);
-                parts.extend(section.map(|section| (section, share)).filter(|(_, share)| *share > 1e-6));
-            }
+        if row_m > 0.0 && length_m / row_m < 1000.0 {
+            let cells = self.along.between(from_m, to_m).into_iter().flatten();
+            parts.extend(cells.filter_map(|(cell, share)| Some((self.sections.get(cell)?, share))));
         }
         Stretch { row: self, parts, length_m, whole }
     }
@@ -235,12 +213,12 @@ impl Stretch<'_> {
             (Quantity::Base, None) => height_m(BASE_SHARE),
             (Quantity::Width, None) => width_m(TOP_SHARE),
             (Quantity::MedianWidth, None) => width_m(0.5),
-            (Quantity::Volume, None) => Some(self.sum(Section::crown_m2) * self.row.section_m),
+            (Quantity::Volume, None) => Some(self.sum(Section::crown_m2) * self.row.along.cell_m),
             (Quantity::TreeRowVolume, None) => {
                 Some(height_m(TOP_SHARE)? * width_m(TOP_SHARE)? * HECTARE_M2 / self.row.row_spacing_m?)
             }
             (Quantity::LeafWallArea, None) => {
-                let wall_m2 = self.sum(Section::wall_m) * self.row.section_m;
+                let wall_m2 = self.sum(Section::wall_m) * self.row.along.cell_m;
                 Some(2.0 * wall_m2 * HECTARE_M2 / (self.row.row_spacing_m? * self.length_m))
             }
             _ => None,
