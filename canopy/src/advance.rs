@@ -118,11 +118,6 @@ impl Advance {
         Weighted { y_m: line.y_m, weight_m }
     }
 
-    /// Y of the first line.
-    pub(crate) fn first_y_m(&self) -> Option<f64> {
-        self.first_y_m
-    }
-
     /// Y of the latest line.
     pub(crate) fn y_m(&self) -> Option<f64> {
         self.last_y_m

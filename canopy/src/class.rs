@@ -137,7 +137,7 @@ impl ClassKey {
     }
 
     /// Up to which difference two classes count as the same in warnings.
-    fn tolerance(self) -> f64 {
+    pub(crate) fn tolerance(self) -> f64 {
         match self {
             Self::LeafAngle => ANGLE_TOLERANCE_DEG,
             Self::WoodShare => WOOD_TOLERANCE,

@@ -142,7 +142,6 @@ impl Sampled {
     pub(crate) fn unresolved(&self, edge_m: f64) -> Unresolved {
         let (sum, squares) = self.frequencies;
         Unresolved {
-            unseen: self.unseen(),
             filled: if self.leaf_m2 > 0.0 { self.filled_m2 / self.leaf_m2 } else { 0.0 },
             // The mean by leaf area.
             optical_depth: if sum > 0.0 { squares / sum * edge_m } else { 0.0 },

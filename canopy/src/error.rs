@@ -12,7 +12,7 @@ pub enum PipelineError {
     #[error(transparent)]
     Rig(#[from] RigError),
     /// The rig has no such scanner.
-    #[error("the rig has {mounts} scanners, there is no scanner {index} (the first is 0)")]
+    #[error("there is no scanner {index}: expected a number below {mounts}, the count of the rig's scanners")]
     NoSuchMount {
         /// The value requested.
         index: usize,

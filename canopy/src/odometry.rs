@@ -69,6 +69,44 @@ pub(crate) struct Odometry {
     unread: u64,
     /// How often the encoder's count jumped as no tractor drives.
     jumps: u64,
+    /// What it counted lately.
+    recent: RecentWay,
+}
+
+/// The way between the latest lines. From one line to the next an encoder counts so few ticks that a speed by them is off by a tenth.
+#[derive(Clone, Copy, Debug, Default)]
+struct RecentWay {
+    /// Seconds and metres from line to line, the next one in the place of the oldest.
+    steps: [(f64, f64); LINES],
+    next: usize,
+}
+
+/// Lines that are kept: those of [`SPEED_S`] at 100 Hz.
+const LINES: usize = 20;
+/// Over how long a speed is told, seconds.
+const SPEED_S: f64 = 0.2;
+
+impl RecentWay {
+    fn push(&mut self, passed_s: f64, way_m: f64) {
+        self.next = (self.next + 1) % LINES;
+        if let Some(step) = self.steps.get_mut(self.next) {
+            *step = (passed_s, way_m);
+        }
+    }
+
+    /// The mean speed over the latest lines; `None` where no time has passed.
+    fn speed_m_s(&self) -> Option<f64> {
+        let (mut passed_s, mut way_m) = (0.0, 0.0);
+        let (newer, older) = self.steps.split_at((self.next + 1).min(LINES));
+        for (step_s, step_m) in newer.iter().rev().chain(older.iter().rev()) {
+            if passed_s + step_s > SPEED_S && passed_s > 0.0 {
+                break;
+            }
+            passed_s += step_s;
+            way_m += step_m;
+        }
+        (passed_s > 0.0).then(|| way_m / passed_s)
+    }
 }
 
 /// What is done with the encoder of the scan telegrams.
@@ -178,9 +216,8 @@ impl Odometry {
                     }
                     self.moved |= counted != 0;
                     self.y_m += way_m;
-                    if passed_s > 0.0 {
-                        self.speed_m_s = way_m / passed_s;
-                    }
+                    self.recent.push(passed_s, way_m);
+                    self.speed_m_s = self.recent.speed_m_s().unwrap_or(self.speed_m_s);
                 } else {
                     self.unread += 1;
                 }
@@ -217,6 +254,25 @@ impl Odometry {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Ticks of 2 mm at 50 Hz and 1 m/s: one more or less from line to line is a tenth of the speed.
+    #[test]
+    fn a_speed_by_an_encoder_is_its_tractors_and_follows_it() {
+        let rig = Rig { encoder_ticks_per_m: Some(500.0), ..Rig::default() };
+        let mut odometry = Odometry::default();
+        // A second that stands, two at 1 m/s, and one that stands again.
+        let way_m = |t_s: f64| (t_s - 1.0).clamp(0.0, 2.0);
+        for line in 0..200 {
+            let t_s = f64::from(line) * 0.02;
+            odometry.y_m(&rig, Some((way_m(t_s) * 497.3) as u32), t_s, None);
+            let (told_m_s, driven_m_s) = (odometry.speed_m_s(), 497.3 / 500.0);
+            match t_s {
+                0.1..0.99 | 3.22.. => assert_eq!(told_m_s, 0.0, "at {t_s} s"),
+                1.22..2.99 => assert!((told_m_s - driven_m_s).abs() < 0.011, "{told_m_s} m/s at {t_s} s"),
+                _ => assert!((0.0..1.1).contains(&told_m_s), "{told_m_s} m/s at {t_s} s"),
+            }
+        }
+    }
 
     #[test]
     fn an_encoder_wraps_stops_and_comes_back_through_zero() {

@@ -24,12 +24,14 @@ use crate::leaf::Withheld;
 use crate::trees::Cut;
 use crate::voxels::{KeptSlice, Region, Voxels};
 
-/// Slices by which the passes are shifted against each other, to see which place fits best.
-const SHIFTS: i64 = 8;
+/// How far the passes are shifted against each other, to see which place fits best, metres.
+const SHIFTED_M: f64 = 10.0;
+/// Two passes of one row are as alike as this; of those that are, no other place is looked for.
+const ALIKE: f64 = 0.85;
 /// Voxels that both passes must have seen for a shift to be told.
 const LEAST_VOXELS: usize = 400;
 /// Another place fits better if its correlation is higher by this.
-const BETTER: f64 = 0.1;
+const BETTER: f64 = 0.05;
 
 /// How another pass went along the row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -227,7 +229,8 @@ impl Joining {
             (voxels >= LEAST_VOXELS && correlation.is_finite()).then_some(correlation)
         };
         let correlation = told(0);
-        let best = (-SHIFTS..=SHIFTS)
+        let shifts = if correlation >= Some(ALIKE) { 0 } else { (SHIFTED_M / self.own.slice_m) as i64 };
+        let best = (-shifts..=shifts)
             .filter_map(|shift| Some((shift, told(shift)?)))
             .max_by(|(_, a), (_, b)| a.total_cmp(b));
         let better = best.zip(correlation).filter(|((_, best), here)| best - here > BETTER);

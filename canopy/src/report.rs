@@ -12,7 +12,7 @@ use crate::estimate::{
 use crate::estimator::Measure;
 use crate::gate::Gate;
 use crate::ground_line::OtherSlope;
-use crate::leaf::{Count, Law, LeafAreas, PieceLeaf, RowLeaf, Sums, Withheld};
+use crate::leaf::{Count, Law, LeafAreas, Leafy, PieceLeaf, RowLeaf, Sums, Withheld};
 use crate::level::LevelSurface;
 use crate::odometry::AdvanceSource;
 use crate::pieces::{self, PieceScatter, RowSds};
@@ -192,12 +192,13 @@ fn tell_how_sure(
     }
     let sampled = sampled.ok();
     let so_far = pass.row.sampled_so_far();
+    let unresolved = so_far.unresolved(pass.row.voxel_m());
     let parts = Uncertainty {
         sampling: sampled.map(|(sd, _)| amplified * sd),
         between_class: class.and_then(|_| between(&compared)),
         density: Some(match counted.scale {
             Some(scale) => scale.density_sd(raw_m2_per_m),
-            None => uncertainty::unresolved_sd(so_far.unresolved(pass.row.voxel_m())),
+            None => unresolved.relative_sd(),
         }),
         own_law: counted.scale.and_then(|scale| scale.own_law(raw_m2_per_m)),
         own_law_weighs: counted.scale.and_then(|scale| scale.own_law_weighs(raw_m2_per_m)),
@@ -220,6 +221,8 @@ fn tell_how_sure(
             .row
             .growth_in_alley()
             .map(|growth| amplified * uncertainty::without_growth(so_far.within_growth(growth.bands))),
+        yaw: Some(uncertainty::without_yaw(pass.mount.yaw_deg)).filter(|shift| *shift < 0.0),
+        unresolved: counted.scale.is_none().then(|| unresolved.more()),
         blocks: sampled.map_or(0, |(_, blocks)| blocks),
     };
     // The error of the spot correction is part of a calibration on wide beams.
@@ -251,12 +254,13 @@ fn tell_how_sure(
     let (about, own_law) = (weighed(1.0), relative(parts.own_law));
     let about_own = weighed(parts.own_law_weighs.unwrap_or(1.0));
     leaf.sampling_error_m2 = parts.sampling.and_then(ends);
-    let (uneven, growth) = (relative(parts.uneven), relative(parts.growth));
-    // By each law that may hold: the one that is applied, that of the calibration's own rows, the applied one tree by tree, and without what grows in the alley.
-    let laws = [(0.0, about), (own_law, about_own), (uneven, about), (growth, about)];
+    let shifts @ [uneven, growth, unresolved, yaw] =
+        [parts.uneven, parts.growth, parts.unresolved, parts.yaw].map(relative);
+    // By each law that may hold: the one that is applied, that of the calibration's own rows, the applied one tree by tree, without what grows in the alley, with
+    // what dense leaves may hide, and without what a yaw adds.
+    let laws = [(0.0, about), (own_law, about_own)].into_iter().chain(shifts.map(|shift| (shift, about)));
     let by_law = |leaf_m2: f64| {
-        laws.iter()
-            .filter_map(|(shift, sd)| Some(uncertainty::interval(leaf_m2 * shift.exp(), (*sd)?)))
+        laws.filter_map(|(shift, sd)| Some(uncertainty::interval(leaf_m2 * shift.exp(), sd?)))
             .reduce(uncertainty::either)
     };
     leaf.interval_m2 = leaf_m2.and_then(by_law);
@@ -264,7 +268,9 @@ fn tell_how_sure(
     // Pieces are drawn toward the row, by whichever law: their intervals take the difference of the two as one more cause.
     RowSds {
         sampling: parts.sampling,
-        all: about_own.map(|sd| uncertainty::combined([sd, own_law, uneven, growth])),
+        all: about_own.map(|sd| uncertainty::combined([sd, own_law, uneven])),
+        shifts: [growth + yaw, unresolved],
+        smeared_m: uncertainty::smeared_m(pass.mount.yaw_deg),
     }
 }
 
@@ -453,9 +459,8 @@ fn row(
             });
         }
         Err(Withheld::MostlyWood) => {
-            estimate
-                .warnings
-                .push(Warning::MostlyWood { leaf: law.leafy_share(), calibrated: calibration.is_some() });
+            let Leafy { share, by_class } = law.leafy();
+            estimate.warnings.push(Warning::MostlyWood { leaf: share, by_class });
         }
         Err(Withheld::EchoUnknown) => estimate.warnings.push(Warning::EchoUnknown),
         Err(Withheld::OpticsUnknown) => estimate.warnings.push(Warning::OpticsUnknown),

@@ -122,12 +122,12 @@ pub enum Warning {
         /// Share of the hits.
         share: f64,
     },
-    /// Most of what was met is wood, as rows of the calibration have it or, without one, by the row's class: leaf areas are withheld.
+    /// Most of what was met is wood, as rows of the calibration have it or by the row's class: leaf areas are withheld.
     MostlyWood {
         /// Share of the raw leaf area that is leaf.
         leaf: f64,
-        /// Whether there is a calibration.
-        calibrated: bool,
+        /// Whether the row's class says so.
+        by_class: bool,
     },
     /// The row before the first scan was passed in reverse: it is not measured.
     BehindStart {

@@ -51,8 +51,11 @@ fn never_acted<'a>(
     let id = fault.id().filter(|id| !wants_none(scenario, id))?;
     let (acted, skipped) = (format!("{id}.act"), format!("{id}.skipped"));
     let why = runs.find_map(|run| {
-        let first = run.events.iter().find(|event| event.event == skipped)?;
-        run.events.iter().all(|event| event.event != acted).then_some(&first.detail)
+        let began = run.events.iter().any(|event| event.event == *id);
+        let met_nothing = began && !fault.is_by_chance() && run.fault_acts.get(id) == Some(&0);
+        let first = run.events.iter().find(|event| event.event == skipped).map(|event| event.detail.clone());
+        let why = first.or_else(|| met_nothing.then(|| "what it acts on never came".to_owned()))?;
+        run.events.iter().all(|event| event.event != acted).then_some(why)
     })?;
     let message = format!(
         "fault `{id}` could act on nothing: {why}; take a fault that this stream has, or expect `fault_acts` of `{id}` to equal 0"

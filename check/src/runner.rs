@@ -27,7 +27,6 @@ use crate::onlooker::Onlooker;
 use crate::output::Match;
 use crate::pause::{self, Timing};
 use crate::rig::{self, Failure, ScenarioRig};
-use crate::run_file::RunFile;
 use crate::scenario::{DeviceSpec, Mode, OnExit, Ready, RunSpec, Scenario, Time};
 use crate::sprayer::{SprayerRun, reserved, untold};
 use crate::takers;
@@ -196,7 +195,7 @@ async fn drive(
         ended = bench.ended() => ended.map(|()| None).map_err(Failure::from),
         ended = accompany(scenario, (folder, record.seed, &mut record.bytes_before), &around, (&journal, pauses), (&descendants, &mut children)) => ended.map(Some),
     };
-    record.unread = unread::at_end(scenario, bench, drove.elapsed());
+    record.unread = unread::at_end(scenario, bench, drove.elapsed()).await;
     desk.note();
     record.gaps = rig.gaps.all();
     record.sleeps = rig.sleeps.all();
@@ -229,6 +228,7 @@ async fn drive(
     record.warnings.extend(over_before_drive(faults, &journal));
     rig.desk.heal();
     record.fault_events_lost = rig.desk.events_lost();
+    record.warnings.extend(record.streams.iter().filter_map(|(id, stream)| stream.told_of_late(id)));
     record.scans_missed = rig.scans_missed();
     if record.scans_missed > 0 {
         record.warnings.push(format!(
@@ -240,7 +240,7 @@ async fn drive(
     // The children's streams end, as those of a machine that is switched off; then they may end by themselves.
     bench.close().await;
     // Its taps are gone with the bench.
-    let recorded = file.map_or(Ok(()), RunFile::finish);
+    let recorded = file.map_or(Ok(()), |file| file.finish(journal.began()));
     child::end_all(&mut children, child_clock).await;
     for child in &children {
         record.children.insert(child.id.clone(), record_of(scenario, child));

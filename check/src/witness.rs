@@ -151,6 +151,14 @@ impl Stream {
         }
     }
 
+    /// What the user should know of scans that others have overtaken, where there are any.
+    pub(crate) fn told_of_late(&self, id: &str) -> Option<String> {
+        let late = self.counting.late;
+        (late > 0).then(|| {
+            format!("{late} scans of `{id}` came behind later ones: they are neither lost nor repeated, and in no area")
+        })
+    }
+
     /// The counts at the event number `event`, from 0: many things may happen at one instant.
     pub(crate) fn counts_at(&self, event: usize) -> Counts {
         let before = self.changes.iter().take_while(|change| change.events <= event).last();

@@ -1,6 +1,6 @@
-//! A later conversation with a scanner whose earlier one has ended: a client that came again, and whose scans follow on those from before.
+//! Later conversations with a scanner whose earlier one has ended: a client that came again, and whose scans follow on those from before.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeSet, VecDeque};
 
 use rowscan_recording::{Packet, Side};
 
@@ -10,27 +10,73 @@ const OVER: usize = 32;
 /// Packets kept of a conversation at most.
 const MOST: usize = 1024;
 
-/// What is said in other conversations since the one that is read was heard last, by stream.
+/// What is said in other conversations since the one that is read was heard last.
 #[derive(Debug, Default)]
-pub(crate) struct Later(BTreeMap<usize, Vec<Packet>>);
+pub(crate) struct Later {
+    /// In the order in which they began.
+    said: Vec<Said>,
+    /// Streams of clients that read at the same time as the one that is read.
+    beside: BTreeSet<usize>,
+    packets: u64,
+}
+
+/// What is said in one of them.
+#[derive(Debug)]
+struct Said {
+    stream: usize,
+    /// The numbers of its first and its last packet, of all that are heard here.
+    first: u64,
+    last: u64,
+    of_device: usize,
+    kept: Vec<Packet>,
+}
 
 impl Later {
-    /// Hears a packet of another conversation; true if that is the one to be read from now on.
+    /// Hears a packet of another conversation; true if the one that is read is over, and this one is to be read.
     pub(crate) fn hear(&mut self, packet: &Packet) -> bool {
-        let packets = self.0.entry(packet.stream).or_default();
-        if packets.len() < MOST {
-            packets.push(packet.clone());
+        self.packets += 1;
+        let (stream, number) = (packet.stream, self.packets);
+        let known = self.said.iter().position(|said| said.stream == stream).unwrap_or_else(|| {
+            self.said.push(Said { stream, first: number, last: number, of_device: 0, kept: Vec::new() });
+            self.said.len() - 1
+        });
+        let Some(said) = self.said.get_mut(known) else { return false };
+        said.last = number;
+        said.of_device += usize::from(packet.from != Some(Side::Host));
+        if said.kept.len() < MOST {
+            said.kept.push(packet.clone());
         }
-        packets.iter().filter(|packet| packet.from != Some(Side::Host)).count() >= OVER
+        said.of_device >= OVER
     }
 
-    /// The one that is read is heard: it is not over.
+    /// The one that is read is heard: it is not over, and the others read at the same time.
     pub(crate) fn forget(&mut self) {
-        self.0.clear();
+        self.beside.extend(self.said.drain(..).map(|said| said.stream));
     }
 
-    /// What was heard of the conversation that is read from now on.
-    pub(crate) fn take(&mut self, stream: usize) -> Vec<Packet> {
-        std::mem::take(&mut self.0).remove(&stream).unwrap_or_default()
+    /// What is to be read from now on: this conversation, behind those that began and ended before it.
+    pub(crate) fn take(&mut self, stream: usize) -> VecDeque<Packet> {
+        let last = self.said.iter().position(|said| said.stream == stream);
+        let Some(last) = last.map(|place| self.said.remove(place)) else { return VecDeque::new() };
+        let mut packets = self.in_turn(last.first);
+        packets.extend(last.kept);
+        packets
+    }
+
+    /// What is to be read at the file's end: the conversations that began behind the one that is read, one behind the other.
+    pub(crate) fn take_rest(&mut self) -> VecDeque<Packet> {
+        self.in_turn(u64::MAX)
+    }
+
+    /// The packets of the conversations that ended before packet `before`, one behind the other.
+    fn in_turn(&mut self, before: u64) -> VecDeque<Packet> {
+        let (mut packets, mut behind) = (VecDeque::new(), 0);
+        for said in std::mem::take(&mut self.said) {
+            if said.last < before && said.first > behind && !self.beside.contains(&said.stream) {
+                behind = said.last;
+                packets.extend(said.kept);
+            }
+        }
+        packets
     }
 }

@@ -58,6 +58,8 @@
 #[cfg(not(any(feature = "tcp", feature = "serial", feature = "recordings")))]
 compile_error!("rowscan-driver opens nothing without a feature: enable `tcp`, `serial` or `recordings`");
 
+#[cfg(feature = "recordings")]
+mod before_drive;
 #[cfg(any(feature = "tcp", feature = "serial"))]
 mod byte_stream;
 mod clock;

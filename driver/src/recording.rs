@@ -11,12 +11,18 @@ use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::scan::Scan;
 use rowscan_recording::{DeviceSettings, Packet, ScanReader, Side, StreamInfo, StreamKind, Tap, device_of};
 
+use crate::before_drive::BeforeDrive;
 use crate::clock::HostTime;
 use crate::error::DriverError;
 use crate::feed::Feed;
 use crate::later::Later;
 use crate::left_out::StreamsLeftOut;
 use crate::recorded_model::{models_of, seen_ahead};
+
+/// So many scans can two conversations have in common, where a client that read at the same time reads on: what came between the last packets of both.
+const MOST_TWICE: usize = 32;
+/// A scan is sent to all clients within this, and a scanner that counts anew was off for longer.
+const TWICE_NS: u64 = 100_000_000;
 
 /// A recording being read: one stream of it.
 #[derive(Debug)]
@@ -45,14 +51,19 @@ pub(crate) struct Recording {
     first: Option<String>,
     /// Bad frames of conversations that were read before.
     bad_before: u64,
+    /// Numbers and times of the scans that were read last, by the scanner's clock and the log's.
+    latest: VecDeque<(u16, u32, u64)>,
+    /// Those of the conversation before.
+    read_before: VecDeque<(u16, u32, u64)>,
     /// The stream that bytes came from last.
     current: usize,
+    /// The log time of the packet read last, if it has one.
+    at_ns: Option<u64>,
+    before_drive: BeforeDrive,
     max_payload: usize,
     bytes: u64,
     ended: bool,
     received: HostTime,
-    /// The packet read last has a time.
-    timed: bool,
     tap: Tap,
 }
 
@@ -82,12 +93,15 @@ impl Recording {
             due: VecDeque::new(),
             first: None,
             bad_before: 0,
+            latest: VecDeque::new(),
+            read_before: VecDeque::new(),
             current: 0,
+            at_ns: None,
+            before_drive: BeforeDrive::of(path),
             max_payload,
             bytes: 0,
             ended: false,
             received: HostTime::default(),
-            timed: false,
             tap,
         })
     }
@@ -107,16 +121,29 @@ impl Recording {
                     self.first = self.recording.streams().get(chosen).map(|stream| stream.name.clone());
                     self.clients.retain(|stream, _| *stream == chosen);
                 }
+                if event == HostEvent::Scan && (self.before_drive.leaves_out(self.at_ns) || self.was_read()) {
+                    continue;
+                }
                 return Ok(Some(event));
             }
+            let due = self.due.pop_front();
+            if let Some(due) = &due
+                && self.chosen.is_some_and(|chosen| chosen != due.stream)
+            {
+                self.go_on_with(due.stream);
+            }
             let fail = |cause| DriverError::Recording { path: self.path.clone(), cause };
-            let packet = match self.due.pop_front() {
+            let packet = match due {
                 None => self.recording.next_packet().map_err(fail)?,
                 due => due,
             };
             match packet {
                 Some(packet) => self.take(packet),
                 None if !self.ended => {
+                    self.due = self.later.take_rest();
+                    if !self.due.is_empty() {
+                        continue;
+                    }
                     self.ended = true;
                     self.current = self.chosen.unwrap_or(self.current);
                     self.warn_of_missing();
@@ -145,8 +172,8 @@ impl Recording {
             if packet.stream == chosen {
                 self.later.forget();
             } else if is_of_its_scanner(&stream.name) && self.later.hear(&packet) {
-                let name = stream.name.clone();
-                return self.go_on_with(packet.stream, &name);
+                self.due = self.later.take(packet.stream);
+                return;
             }
         }
         let wanted = match (self.chosen, &self.wanted) {
@@ -182,7 +209,7 @@ impl Recording {
             }
             return;
         }
-        self.timed = packet.at_ns.is_some();
+        self.at_ns = self.recording.host_ns(&packet);
         if let (Some(at_ns), Some(began_ns)) = (packet.at_ns, self.recording.began_ns()) {
             self.received = HostTime(Duration::from_nanos(at_ns.saturating_sub(began_ns)));
         }
@@ -192,14 +219,34 @@ impl Recording {
         }
     }
 
+    /// Whether the conversation before had this scan already: clients that come again may do so before they leave.
+    fn was_read(&mut self) -> bool {
+        let at_ns = self.at_ns.unwrap_or_default();
+        let stamps = |scan: &Scan| (scan.telegram_counter, scan.scan_time_us, at_ns);
+        let Some(found) = self.client().map(|client| stamps(client.scan())) else { return false };
+        let is_same = |before: &(u16, u32, u64)| {
+            (before.0, before.1) == (found.0, found.1) && at_ns.saturating_sub(before.2) < TWICE_NS
+        };
+        if self.read_before.iter().any(is_same) {
+            return true;
+        }
+        if self.latest.len() >= MOST_TWICE {
+            self.latest.pop_front();
+        }
+        self.latest.push_back(found);
+        false
+    }
+
     /// Whoever read the scanner has left, and somebody else reads on: the scans of that conversation follow on those of the one before.
-    fn go_on_with(&mut self, stream: usize, name: &str) {
+    fn go_on_with(&mut self, stream: usize) {
         self.bad_before += self.client().map_or(0, |client| client.counts().bad);
         self.clients.clear();
         self.taken = None;
         self.chosen = Some(stream);
-        self.left_out.remove(name);
-        self.due.extend(self.later.take(stream));
+        self.read_before = std::mem::take(&mut self.latest);
+        if let Some(read) = self.recording.streams().get(stream) {
+            self.left_out.remove(&read.name);
+        }
     }
 
     fn at_end(&self) -> Result<Option<HostEvent>, DriverError> {
@@ -246,6 +293,9 @@ impl Recording {
         if let Some(damage) = soundness.damage().filter(|_| soundness.sound > 0) {
             tracing::warn!("{path}: {damage}");
         }
+        if let Some(told) = self.before_drive.told() {
+            tracing::warn!("{path}: {told}");
+        }
         if let Some(StreamsLeftOut { read, left_out }) = self.streams_left_out() {
             tracing::warn!(
                 "{path}: scans of `{read}` only; left out: {}; name one with `{path}#STREAM`",
@@ -276,7 +326,7 @@ impl Feed for Recording {
     }
 
     fn is_timed(&self) -> bool {
-        self.timed
+        self.at_ns.is_some()
     }
 
     fn now(&self) -> HostTime {

@@ -141,7 +141,7 @@ struct Viewpoint {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ViewError {
     /// The rig has fewer scanners.
-    #[error("the rig has {found} scanner(s); there is no scanner number {index}")]
+    #[error("there is no scanner {index}: expected a number below {found}, the count of the rig's scanners")]
     NoSuchScanner {
         /// The scanner asked for, from 0.
         index: usize,

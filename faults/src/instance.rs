@@ -224,6 +224,8 @@ impl Instance {
     pub(crate) fn acted_on(&self) -> u64 {
         match (self.spec.fault.layer, self.acts - self.skipped + self.further) {
             (Layer::Telegram, acts) | (Layer::Accept, acts @ 1..) => acts,
+            // A cut is of the connections that stood then.
+            (Layer::Connection, acts) if self.is_instant() => acts,
             _ => self.begun,
         }
     }

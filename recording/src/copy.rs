@@ -59,7 +59,8 @@ pub fn copy(
     } else {
         From::Frames(FrameReader::new(recording).keeping_unfinished())
     };
-    let about = from.recording().about().clone().or(about);
+    let by_device_clock = matches!(from, From::Frames(_));
+    let about = About { by_device_clock, ..About::default() }.or(from.recording().about().clone()).or(about);
     let mut writer = McapWriter::indexed(out, &about, decoded).map_err(CopyError::Write)?;
     let mut streams = Vec::new();
     let mut recorded = Recorded::default();
@@ -83,6 +84,11 @@ pub fn copy(
             recorded.from_device += u64::from(side == Side::Device);
             recorded.bytes += packet.bytes.len() as u64;
         }
+    }
+    // A run says only at its end when its drive began.
+    let drive = from.recording().about().drive;
+    if drive.is_some() && drive != about.drive {
+        writer.describe(&About { drive, ..about }).map_err(CopyError::Write)?;
     }
     writer.finish().map_err(CopyError::Write)?;
     if let (Some(only), false) = (only, streams.iter().any(Option::is_some)) {

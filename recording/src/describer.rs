@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::drive::Drive;
 use crate::queue::Queue;
 use crate::writer::About;
 
@@ -23,6 +24,13 @@ impl Describer {
         if about.mounts.remove(stream).is_some() {
             self.queue.describe(about.clone());
         }
+    }
+
+    /// Says when the drive began, a log time in nanoseconds.
+    pub fn drive_began(&self, at_ns: u64) {
+        let mut about = self.about.lock().unwrap_or_else(PoisonError::into_inner);
+        about.drive = Some(Drive::Began(at_ns));
+        self.queue.describe(about.clone());
     }
 
     /// Says of which model the scanner of this stream is, of so many that are recorded, or which ones it can be where that is not known; the first word on

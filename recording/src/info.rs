@@ -88,9 +88,10 @@ pub fn account(recording: &mut Recording) -> Result<Vec<StreamReport>, ReadError
     let mut accounts: BTreeMap<usize, StreamAccount> = BTreeMap::new();
     while let Some(packet) = recording.next_packet()? {
         let kind = recording.streams().get(packet.stream).map_or(StreamKind::Bytes, |stream| stream.kind);
+        let packet = Packet { at_ns: recording.host_ns(&packet), ..packet };
         accounts.entry(packet.stream).or_insert_with(|| StreamAccount::new(kind)).enter(&packet);
     }
-    let began_ns = recording.began_ns();
+    let began_ns = recording.began_ns().filter(|_| !recording.about().by_device_clock);
     let reports = recording.streams().iter().enumerate().map(|(number, stream)| {
         accounts.remove(&number).unwrap_or_else(|| StreamAccount::new(stream.kind)).report(stream, began_ns)
     });

@@ -37,6 +37,8 @@ mod describer;
 #[cfg(feature = "files")]
 mod device_settings;
 #[cfg(feature = "files")]
+mod drive;
+#[cfg(feature = "files")]
 mod error;
 #[cfg(feature = "files")]
 mod finder;
@@ -88,6 +90,8 @@ pub use copy::{Copied, CopyError, copy};
 pub use describer::Describer;
 #[cfg(feature = "files")]
 pub use device_settings::{DATAGRAMS, DeviceSettings, device_of};
+#[cfg(feature = "files")]
+pub use drive::{Drive, NoDrive};
 #[cfg(feature = "files")]
 pub use error::RecordError;
 #[cfg(feature = "files")]

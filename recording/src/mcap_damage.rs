@@ -29,6 +29,14 @@ impl Damage {
         self.ends = Some(ends);
     }
 
+    /// Bytes from `begins` to `ends` stand behind the end of the file.
+    pub(crate) fn lose_behind(&mut self, begins: u64, ends: u64, found: String) {
+        self.lose(begins, ends, found);
+        if let Some(torn) = self.torn.as_mut().filter(|torn| torn.offset == begins) {
+            torn.expected = "the end of the file";
+        }
+    }
+
     /// Nothing behind `offset` can be read.
     pub(crate) fn break_off(&mut self, offset: u64, found: String) {
         match self.torn.as_mut().and_then(|torn| torn.resumed.as_mut()) {

@@ -410,9 +410,24 @@ impl<R: Read> Records<R> {
     /// Behind the footer.
     fn end(&mut self) -> Result<(), ReadError> {
         if self.fill(MAGIC.len())? && self.ahead(0, MAGIC.len()) == MAGIC {
+            self.consume(MAGIC.len());
             self.section = Section::End;
+            self.look_behind()?;
         } else {
             self.tear("no MCAP magic at the end of the file".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Behind the end of the file: what stands there is none of it.
+    fn look_behind(&mut self) -> Result<(), ReadError> {
+        let begins = self.position();
+        while self.fill(1)? {
+            self.consume(self.buffer.len() - self.at);
+        }
+        if self.position() > begins {
+            let found = "more bytes, as of another file that was joined to it: divide them there";
+            self.damage.lose_behind(begins, self.position(), found.to_owned());
         }
         Ok(())
     }

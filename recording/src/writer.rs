@@ -25,6 +25,7 @@ use mcap::{McapError, WriteOptions, Writer};
 use rowscan_protocol::can::CanFrame;
 use rowscan_protocol::scan::Scan;
 
+use crate::drive::Drive;
 use crate::fix::FixReader;
 use crate::scan_reader::{MAX_PAYLOAD, ScanReader};
 use crate::schema::{Language, Schema};
@@ -38,6 +39,8 @@ pub(crate) const ABOUT: &str = "rowscan";
 pub(crate) const STREAM_KEY: &str = "stream";
 pub(crate) const SIDE_KEY: &str = "from";
 pub(crate) const KIND_KEY: &str = "kind";
+/// Whose clock times are by, where it is the scanner's.
+const DEVICE: &str = "device";
 /// What stands before a stream's name in the key of its model.
 const MODEL_OF: &str = "model/";
 /// The same of the rig's scanner that it is.
@@ -62,6 +65,10 @@ pub struct About {
     pub rig: Option<String>,
     /// The seed.
     pub seed: Option<u64>,
+    /// When the drive began, of a run whose tractor waits for its start.
+    pub drive: Option<Drive>,
+    /// Times are by the scanner's clock, for what it was written from had none: no host's clock is known.
+    pub by_device_clock: bool,
     /// Where the bytes came from: addresses, files.
     pub source: Option<String>,
     /// Program and version that wrote it.
@@ -78,6 +85,8 @@ impl About {
             ("scene", self.scene.clone()),
             ("rig", self.rig.clone()),
             ("seed", seed),
+            ("drive", self.drive.map(|drive| drive.to_string())),
+            ("clock", self.by_device_clock.then(|| DEVICE.to_owned())),
             ("source", self.source.clone()),
             ("program", self.program.clone()),
         ];
@@ -146,6 +155,8 @@ impl About {
             scene: self.scene.or(other.scene),
             rig: self.rig.or(other.rig),
             seed: self.seed.or(other.seed),
+            drive: self.drive.or(other.drive),
+            by_device_clock: self.by_device_clock || other.by_device_clock,
             source: self.source.or(other.source),
             program: self.program.or(other.program),
         }
@@ -173,6 +184,8 @@ impl About {
             scene: text("scene"),
             rig: text("rig"),
             seed: text("seed").and_then(|seed| seed.parse().ok()),
+            drive: text("drive").and_then(|drive| drive.parse().ok()),
+            by_device_clock: text("clock").as_deref() == Some(DEVICE),
             source: text("source"),
             program: text("program"),
         }

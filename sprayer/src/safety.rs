@@ -67,7 +67,7 @@ impl Rule {
 pub struct Breach {
     /// The rule.
     pub rule: Rule,
-    /// For how long it forbade spraying, less the time that valves are given, seconds; of the nozzle that it forbade longest. A tractor that has not moved yet does not count as one that stands.
+    /// For how long it forbade spraying, less the time that valves are given, seconds; of the nozzle that it forbade longest. A tractor that has not moved yet counts as one that stands only if something was sprayed then.
     pub forbidden_s: f64,
     /// Litres in that time.
     pub litres: f64,
@@ -97,7 +97,9 @@ pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) 
         let litres = total(flows.iter().map(|flow| flow.litres_in(&times)));
         // Every drive begins from a stand: it is no stop, though what is sprayed then is sprayed against the rule.
         let stops = times.within(Span::new(moved_s, f64::INFINITY));
-        let forbidden = if rule == Rule::Standstill { &stops } else { &times };
+        let before = times.within(Span::new(f64::NEG_INFINITY, moved_s));
+        let is_clean = total(flows.iter().map(|flow| flow.litres_in(&before))) <= 0.0;
+        let forbidden = if rule == Rule::Standstill && is_clean { &stops } else { &times };
         Breach { rule, forbidden_s: forbidden.length(), litres }
     });
     let in_zones = pass.nozzles().iter().zip(flows).map(|(nozzle, flow)| {

@@ -307,6 +307,9 @@ struct Info {
     mounts: BTreeMap<String, usize>,
     scene: Option<String>,
     seed: Option<u64>,
+    /// When the drive of a run began, nanoseconds since 1970 in log time, or `awaited`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drive: Option<String>,
     source: Option<String>,
     program: Option<String>,
     rig: Option<String>,
@@ -335,7 +338,19 @@ fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Fa
         say(format_args!("{name}: {torn}; `rowscan record --repair {name}{to}` writes it anew"));
     }
     let outcome = if torn.is_some() { Outcome::Finding } else { Outcome::Done };
-    let About { model, models, candidates, mounts, scene, rig, seed, source, program } = about;
+    let About {
+        model,
+        models,
+        candidates,
+        mounts,
+        scene,
+        rig,
+        seed,
+        drive,
+        by_device_clock: _,
+        source,
+        program,
+    } = about;
     let kind = recording.format().to_string();
     match format {
         Format::Json => {
@@ -349,6 +364,7 @@ fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Fa
                     mounts,
                     scene,
                     seed,
+                    drive: drive.map(|drive| drive.to_string()),
                     source,
                     program,
                     rig,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use rowscan_driver::Source;
 use rowscan_files::{OutputFile, is_standard_output};
-use rowscan_recording::{About, Copied, CopyError, Format, Recorded, copy, repair};
+use rowscan_recording::{About, Copied, CopyError, Format, Repaired, copy, repair};
 
 use super::output::{name_of, say};
 use super::recorder::{self, DecodedArgs};
@@ -76,14 +76,14 @@ fn in_place(file: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
         )));
     }
     let mut out = BufWriter::new(OutputFile::create_anew(file).map_err(|cause| unwritable(file, cause))?);
-    let (recorded, is_torn) = rewrite(file, file, &mut out, decoded)?;
+    let (repaired, is_torn) = rewrite(file, file, &mut out, decoded)?;
     if !is_torn {
         say(format_args!("{} is whole: nothing to repair", file.display()));
         return Ok(Outcome::Done);
     }
     keep_original(file, &original).map_err(|cause| unwritable(&original, cause))?;
     commit(out, file)?;
-    recorder::tell(file, &recorded);
+    tell_repaired(file, &repaired);
     say(format_args!("the file as it was is {}", original.display()));
     Ok(Outcome::Done)
 }
@@ -91,9 +91,9 @@ fn in_place(file: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
 fn mend_to(file: &Path, output: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
     refuse_to_overwrite(output)?;
     let mut out = BufWriter::new(OutputFile::create(output).map_err(|cause| unwritable(output, cause))?);
-    let (recorded, _) = rewrite(file, output, &mut out, decoded)?;
+    let (repaired, _) = rewrite(file, output, &mut out, decoded)?;
     commit(out, output)?;
-    recorder::tell(output, &recorded);
+    tell_repaired(output, &repaired);
     Ok(Outcome::Done)
 }
 
@@ -103,7 +103,7 @@ fn rewrite(
     output: &Path,
     out: &mut BufWriter<OutputFile>,
     decoded: DecodedArgs,
-) -> Result<(Recorded, bool), Failure> {
+) -> Result<(Repaired, bool), Failure> {
     if decoded.is_set() {
         return Err(Failure::Usage(format!(
             "a repaired MCAP file keeps the channels it has: leave out --decoded, or convert it with `rowscan record {} -o NEW.mcap`",
@@ -118,10 +118,15 @@ fn rewrite(
         return Err(nothing_in(file));
     }
     let is_torn = repaired.torn.is_some();
-    if let Some(torn) = repaired.torn {
+    if let Some(torn) = &repaired.torn {
         say(format_args!("{}: {torn}", file.display()));
     }
-    Ok((Recorded { packets: repaired.messages, bytes: repaired.bytes, ..Recorded::default() }, is_torn))
+    Ok((repaired, is_torn))
+}
+
+/// Packets, and what was decoded beside them: a repaired file keeps every channel.
+fn tell_repaired(file: &Path, Repaired { messages, bytes, .. }: &Repaired) {
+    say(format_args!("{}: {messages} messages of all channels, {bytes} bytes written", name_of(file)));
 }
 
 /// `FILE.orig`

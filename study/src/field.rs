@@ -20,6 +20,8 @@ pub use sheet::{MeasuredPiece, SheetError, read};
 const AT_FACE_M: f64 = 0.005;
 /// A metre, or a tree, counts if so much of it was scanned.
 const WHOLE: f64 = 0.99;
+/// How many times what scans tell, without a factor, real leaf areas are: through wide beams dense rows read a third, and thin ones twice.
+const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 /// Fewest recordings whose means tell how far the factor may be off.
 const RECORDINGS: usize = 3;
 
@@ -77,6 +79,14 @@ pub enum FieldError {
         /// Given.
         found: usize,
     },
+    /// What was measured is quite another quantity than what was scanned.
+    #[error(
+        "the measured leaf areas are {factor:.3} times what the scans tell: expected 0.1 to 10 times; are they one-sided, in m², of these pieces and recordings?"
+    )]
+    Implausible {
+        /// How many times.
+        factor: f64,
+    },
     /// No calibration fits them.
     #[error(transparent)]
     Fit(#[from] FitError),
@@ -91,6 +101,8 @@ pub struct ScannedPiece {
     pub sample: Sample,
     /// What the rig's own calibration makes of the scans, m²; none without one.
     pub before_m2: Option<f64>,
+    /// Raw leaf area a metre of the row that it is of, m²/m.
+    pub row_raw_m2_per_m: f64,
 }
 
 /// A piece in the report.
@@ -220,6 +232,10 @@ pub fn scanned(
             wood_area_m2: None,
         },
         before_m2: sum(&|leaf| leaf.unshrunk).ok(),
+        row_raw_m2_per_m: match (estimate.leaf.areas.contact_raw_m2(), estimate.canopy_m) {
+            (Ok(raw_m2), Some(canopy_m)) if canopy_m > 0.0 => raw_m2 / canopy_m,
+            _ => contact_m2 / (to_m - from_m),
+        },
         measured: measured.clone(),
     })
 }
@@ -288,6 +304,7 @@ pub fn calibrate(
     }
     // Intervals are those of a normal law: by this deviation theirs is as wide as Student's, by which the factor is known.
     calibration.contact.k_sd = Some(half.0 * half.1 / Z95);
+    calibration.contact.of_rows(mean(&pieces.iter().map(|piece| piece.row_raw_m2_per_m).collect::<Vec<_>>()));
     let raw_m2_per_m = mean(
         &pieces
             .iter()
@@ -295,6 +312,9 @@ pub fn calibrate(
             .collect::<Vec<_>>(),
     );
     let factor = calibration.contact.factor(raw_m2_per_m);
+    if !PLAUSIBLE.contains(&factor) {
+        return Err(FieldError::Implausible { factor });
+    }
     let errors = |found: &[f64]| {
         let measured: Vec<f64> = pieces.iter().map(|piece| piece.measured.leaf_area_m2).collect();
         let unit_m2 = mean(&measured);

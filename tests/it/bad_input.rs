@@ -220,6 +220,8 @@ fn whatever_reads_a_file_says_where_it_looked_for_one_that_is_not_there() {
     }
     assert_says(&refused(&["study", "run", "none.toml"]), &["none.toml", "a relative path starts at"]);
     // What is there and cannot be read has another reason.
+    let named = format!("{}#left", here.join("Cargo.toml").to_string_lossy());
+    assert_says(&refused(&["decode", &named]), &["the stream `left`", "record", "-o NEW.mcap"]);
     let folder = refused(&["decode", &here.join("src").to_string_lossy()]);
     assert!(!folder.contains("a relative path"), "{folder}");
 }

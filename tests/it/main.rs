@@ -12,6 +12,7 @@ mod common;
 
 mod any_bytes;
 mod bad_input;
+mod before_drive;
 mod bench_library;
 mod blindness;
 mod bridges;
@@ -99,6 +100,7 @@ mod studies;
 mod study_parts;
 mod survey;
 mod sweeps;
+mod timeless_copies;
 mod timeless_replays;
 mod timeline;
 mod together;

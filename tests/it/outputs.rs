@@ -58,7 +58,7 @@ fn repair_changes_nothing_but_a_torn_mcap_and_keeps_that() {
     std::fs::write(&path, torn(20)).expect("written");
     let ended = run(&["record", "--repair", &path]);
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
-    assert_says(&ended.stderr, &["20 packets", "run.mcap.orig"]);
+    assert_says(&ended.stderr, &["20 messages", "run.mcap.orig"]);
     assert_eq!(std::fs::read(file("run.mcap.orig")).expect("kept"), torn(20));
     // Whole now: left as it is.
     let whole = std::fs::read(&path).expect("there");

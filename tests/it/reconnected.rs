@@ -55,6 +55,19 @@ async fn scans_of_a_client_that_came_again_follow_on_those_from_before() {
     let (counters, left_out) = read(file).await;
     assert_eq!((counters.len(), left_out), (170, Vec::<String>::new()));
     assert!(counters.windows(2).all(|pair| pair[1] - pair[0] == 1 || pair[1] - pair[0] == 7), "{counters:?}");
+    // Conversations of few scans, in the middle and at the end.
+    let (short, last) = (said[begun + 52..begun + 55].to_vec(), third[3..8].to_vec());
+    let names = ["left", "left-2", "left-3", "left-4"];
+    keep(&path, &names, &[(0, &first), (1, &short), (2, &second), (3, &last)]);
+    let (counters, left_out) = read(file).await;
+    assert_eq!((counters.len(), left_out), (50 + 3 + 80 + 5, Vec::<String>::new()));
+    // A client that looked in while another one read has the same scans.
+    let (early, looked) = (second[..40].to_vec(), second[20..23].to_vec());
+    let rest = second[40..].to_vec();
+    keep(&path, &names, &[(0, &early), (1, &looked), (0, &rest), (2, &last)]);
+    let (counters, left_out) = read(file).await;
+    assert_eq!((counters.len(), left_out), (80 + 5, vec!["left-2".to_owned()]));
+    keep(&path, &["left", "left-2", "left-3"], &[(0, &first), (1, &second), (2, &third)]);
     // Whoever names a stream has that one.
     let (counters, _) = read(&format!("{file}#left-2")).await;
     assert_eq!(counters.len(), 80);
@@ -65,6 +78,17 @@ async fn scans_of_a_client_that_came_again_follow_on_those_from_before() {
     keep(&path, &["left", "left-2"], &both);
     let (counters, left_out) = read(file).await;
     assert_eq!((counters.len(), left_out), (80, vec!["left-2".to_owned()]));
+    // One of them leaves, and what the other one is given then follows on: no scan comes twice.
+    let later: Packets = said[begun + 136..].to_vec();
+    let then: Vec<(usize, &Packets)> = both.iter().copied().chain([(1, &later)]).collect();
+    keep(&path, &["left", "left-2"], &then);
+    let (counters, _) = read(file).await;
+    assert!(counters.windows(2).all(|pair| pair[1] - pair[0] == 1), "{counters:?}");
+    assert_eq!(counters.len(), 120);
+    // A scanner that counts anew meanwhile has other scans.
+    let anew = Talk::with(model::by_name("lms111").expect("known"), Dialect::B).recorded(40);
+    keep(&path, &["left", "left-2"], &[(0, &first), (1, &anew)]);
+    assert_eq!(read(file).await.0.len(), 90);
     // Another scanner's scans are none of this one's.
     keep(&path, &["left", "right"], &[(0, &first), (1, &second)]);
     let (counters, left_out) = read(file).await;

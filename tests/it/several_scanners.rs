@@ -150,7 +150,11 @@ fn what_several_scanners_cannot_share_is_refused() {
         (two, &["--pty", "line"][..], "are one scanner's"),
         (two, &["--tcp", "127.0.0.1:0"], "one --tcp for each of the 2 scanners"),
         (two, &["--state", "settings.txt"], "give one --scanner"),
-        ("spindle", &["--tcp", "127.0.0.1:0", "--tcp", "127.0.0.1:0"], "there is no scanner number 1"),
+        (
+            "spindle",
+            &["--tcp", "127.0.0.1:0", "--tcp", "127.0.0.1:0"],
+            "there is no scanner 1: expected a number below 1",
+        ),
     ] {
         let ended = run(&[&["emulate", scene, "--scanner", "0", "--scanner", "1"], flags].concat());
         assert_eq!(ended.code, Some(2), "{flags:?}");

@@ -77,7 +77,9 @@ impl Told<'_> {
                 from_m,
                 to_m,
                 leaf_area_m2,
-                leaf_area_interval_m2: ends(self.row.all),
+                leaf_area_interval_m2: leaf_area_m2
+                    .zip(ends(self.row.all))
+                    .map(|(leaf_m2, ends)| self.row.shifted(ends, leaf_m2)),
                 leaf_area_sampling_error_m2: ends(self.row.sampling),
                 density_m2_per_m3: leaf_area_m2
                     .filter(|_| band.volume_m3 > 0.0)

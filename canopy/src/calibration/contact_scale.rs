@@ -219,6 +219,15 @@ impl ContactScale {
         Some(own / self.amplification(raw_m2_per_m))
     }
 
+    /// Says how many m² a metre the rows have that pieces of so alike a density are of: a piece between two trees, or over one, is not as dense as its row.
+    pub fn of_rows(&mut self, raw_m2_per_m: f64) {
+        let factor = self.factor(raw_m2_per_m);
+        if let Some(rows) = self.fitted.as_mut().filter(|_| self.quality.r2 < ALIKE_R2) {
+            rows.mean_m2_per_m = raw_m2_per_m;
+            rows.mean_leaf_area_m2_per_m = factor * raw_m2_per_m;
+        }
+    }
+
     /// Relative standard deviation of the leaf area of a row that is denser or thinner than all that were fitted, where nobody knows the exponent; 0 among them.
     pub fn density_sd(&self, raw_m2_per_m: f64) -> f64 {
         UNKNOWN_EXPONENT * self.beyond(raw_m2_per_m)

@@ -3,6 +3,7 @@
 use super::areas::{Known, LeafAreas};
 use super::counted::{Counted, reads_remission, shares_over_contact};
 use super::estimator::LeafAreaEstimator;
+use super::leafy::Leafy;
 use super::sums::Sums;
 use super::withheld::Withheld;
 use crate::calibration::wood::LEAST_LEAF;
@@ -32,8 +33,7 @@ pub(crate) struct Law<'a> {
     /// Why no leaf area of this row is told, whichever way it is made.
     withheld: Option<Withheld>,
     other_edge: Option<OtherEdge>,
-    /// Share of what was met that is no wood, as far as the calibration, or else the row's class, tells of wood.
-    leafy_share: f64,
+    leafy: Leafy,
     /// The calibration's regression on I_T, or why it says nothing here.
     regression: Result<RegressionKind, Withheld>,
     contact: Counted<'a>,
@@ -128,19 +128,15 @@ impl<'a> Law<'a> {
         let times = clumping.map_or(1.0, |clumping| clumping.times());
         let contact = Counted::by_hits(&totals, times, calibration);
         let spot_relative_sd = row.spot_relative_sd(clumping.as_ref());
-        // Without a calibration wood counts as leaf, and all that tells of it is the row's class.
-        let leafy_share = match calibration {
-            Some(calibration) => calibration.leafy_share(contact.raw_m2 / totals.canopy_m),
-            None => 1.0 - class.and_then(|class| class.canopy.wood_share).unwrap_or(0.0),
-        };
-        let mostly_wood = (leafy_share < LEAST_LEAF).then_some(Withheld::MostlyWood);
+        let leafy = Leafy::of(calibration, class, contact.raw_m2 / totals.canopy_m);
+        let mostly_wood = (leafy.share < LEAST_LEAF).then_some(Withheld::MostlyWood);
         let other_edge = OtherEdge::of(row.voxel_m(), calibration.and_then(|fitted| fitted.class.voxel_m));
         let far_edge = other_edge.filter(|other| other.relative_sd.is_none()).map(|_| Withheld::VoxelEdge);
         Self {
             calibration,
             withheld: withheld.or(far_edge).or(mostly_wood),
             other_edge,
-            leafy_share,
+            leafy,
             spot_corrected,
             regression: regression(calibration, spot_corrected),
             contact,
@@ -165,9 +161,9 @@ impl<'a> Law<'a> {
         self.told().or_else(|why| if why == Withheld::VoxelEdge { Ok(()) } else { Err(why) })
     }
 
-    /// Share of what was met that is no wood, as far as the calibration, or else the row's class, tells of wood.
-    pub(crate) fn leafy_share(&self) -> f64 {
-        self.leafy_share
+    /// How much of what was met is no wood.
+    pub(crate) fn leafy(&self) -> Leafy {
+        self.leafy
     }
 
     /// How the voxels' edge differs from that of the calibration's.

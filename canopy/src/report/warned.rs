@@ -9,6 +9,9 @@ use crate::row_pass::{LatestScan, RowPass};
 use crate::warning::Warning;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice};
 
+/// What lines stand for, metres: that much less than a tree was scanned where the drive went on by a tree.
+const LINE_M: f64 = 0.05;
+
 /// How far the class's numbers may be off the rig's, relative.
 const CLASS_TOLERANCE: f64 = 0.01;
 
@@ -38,16 +41,20 @@ pub(super) fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Optio
     estimate.warnings.push(warning);
 }
 
-/// Says that the tractor drove before or behind the row that the rig describes, by a tree at least: how far a wheel slips is not known.
+/// Says that lines met what stands before or behind the row that the rig describes, by a tree at least: how far a wheel slips is not known.
 pub(super) fn warn_of_row_end(estimate: &mut Estimate, pass: &RowPass) {
     let (Some(trees), Some(spacing_m)) = (pass.rig.trees, pass.rig.tree_spacing_m) else { return };
     let row_m = f64::from(trees) * spacing_m;
-    let before_m = pass.advance.first_y_m().map_or(0.0, |y_m| -y_m);
-    if before_m >= spacing_m {
+    // A line stands for a stretch about it, which is short of a whole spacing at the ends by half of that.
+    let least_m = spacing_m - LINE_M;
+    let before = pass.row.metres.iter().filter(|metre| metre.index < 0);
+    let past = pass.row.trees.iter().filter(|tree| tree.index >= trees.into());
+    let before_m: f64 = before.map(|metre| metre.scanned_m).sum();
+    let past_m: f64 = past.map(|tree| tree.scanned_m).sum();
+    if before_m >= least_m {
         estimate.warnings.push(Warning::BeforeRow { before_m });
     }
-    let past_m = pass.advance.y_m().map_or(0.0, |y_m| y_m - row_m);
-    if past_m >= spacing_m {
+    if past_m >= least_m {
         estimate.warnings.push(Warning::PastRow { row_m, past_m });
     }
 }

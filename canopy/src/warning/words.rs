@@ -103,12 +103,12 @@ impl fmt::Display for Warning {
                 "{metres} of {} of row lie far outside the range {estimator} was fitted on: withheld, and the others do not sum to the row",
                 plural((*of).into(), "metre", "metres")
             ),
-            Self::MostlyWood { leaf, calibrated: false } => write!(
+            Self::MostlyWood { leaf, by_class: true } => write!(
                 f,
-                "{:.0} % of the row's surface is leaf, by its class (`wood_share`): leaf areas are withheld, because without a calibration wood counts as leaf",
+                "{:.0} % of the row's surface is leaf, by its class (`wood_share`): leaf areas are withheld, for so much wood is not told from leaves",
                 leaf * 100.0
             ),
-            Self::MostlyWood { leaf, calibrated: true } => write!(
+            Self::MostlyWood { leaf, by_class: false } => write!(
                 f,
                 "{:.0} % of what was met is more than the wood of the calibration's rows (`[contact.wood]`, else by `class.canopy.wood_share`): leaf areas are withheld; is the row leafless, or another one than the calibration's?",
                 leaf * 100.0
@@ -381,7 +381,7 @@ impl fmt::Display for Warning {
                 write!(
                     f,
                     "the canopy lies from {} to {} the axis on which the rig has the row, {distance_m} m from the scanner, and what is hidden is taken for its mirror image about that axis: leaf areas are withheld; \
-                     measure `distance_m` again (the middle of what was met is at {:.2} m, and the axis there or somewhat behind it), and compare the mount's `roof`, `row` and angles with the machine; a row that stands there may be so dense that its far half is not seen",
+                     measure `distance_m` again (the middle of what was met is at {:.2} m, and the axis there or somewhat behind it), and compare the mount's `roof`, `row` and angles with the machine; a row that stands there may be so dense that its far half is not seen, or lean over to one side",
                     place(*near_m),
                     place(*far_m),
                     distance_m + 0.5 * (near_m + far_m)
@@ -437,12 +437,13 @@ impl fmt::Display for Warning {
             Self::BeforeRow { before_m } => write!(
                 f,
                 "{before_m:.1} m before the row's start were scanned and count in the totals; a virtual orchard repeats its row, so its last trees \
-                 are measured there: start at `start_m` 0"
+                 are measured there: start at `start_m` 0; with `yaw_deg` or `pitch_deg` the beams meet the row elsewhere than beside the tractor, so start as much farther on"
             ),
             Self::PastRow { row_m, past_m } => write!(
                 f,
                 "{past_m:.1} m behind the row's end at {row_m:.1} m were scanned and count in the totals; a virtual orchard repeats its row where the \
-                 drive does not turn, so its first trees are measured again: end with --length {row_m:.1}, or give the rig the trees that stand there"
+                 drive does not turn, so its first trees are measured again: end with --length {row_m:.1}, or give the rig the trees that stand there; with `yaw_deg` or `pitch_deg` the beams \
+                 meet the row elsewhere than beside the tractor, so end as much earlier"
             ),
             Self::TooManyCells { kept } => {
                 write!(f, "only the first {kept} trees and slices are listed; the totals hold all")

@@ -140,8 +140,23 @@ fn lines_before_the_rows_first_tree_are_told() {
         let estimate = pushed(Pipeline::new(Some(&rig), 0, None).unwrap(), &drive(|turn| turn * 20));
         estimate.warnings.into_iter().find(|warning| warning.code() == "before_row")
     };
-    assert_eq!(before(-3.0), Some(Warning::BeforeRow { before_m: 3.0 }));
+    let Some(Warning::BeforeRow { before_m }) = before(-3.0) else { panic!("told") };
+    assert!((before_m - 3.0).abs() < 1e-9, "{before_m}");
     assert_eq!((before(-1.0), before(0.0), before(4.0)), (None, None, None));
+}
+
+/// With a yaw the plane meets the row ahead of the tractor, or behind it: what is told is what was scanned.
+#[test]
+fn what_a_turned_scanner_sees_beyond_the_row_is_told() {
+    let told = |yaw_deg: f64| {
+        let mount = Mount { yaw_deg, ..rig().scanners[0].clone() };
+        let rig = Rig { trees: Some(3), tree_spacing_m: Some(1.5), scanners: vec![mount], ..rig() };
+        let estimate = pushed(Pipeline::new(Some(&rig), 0, None).unwrap(), &drive(|turn| turn * 20));
+        let codes = estimate.warnings.iter().map(Warning::code);
+        codes.filter(|code| ["before_row", "past_row"].contains(code)).collect::<Vec<_>>()
+    };
+    assert_eq!(told(0.0), Vec::<&str>::new());
+    assert_eq!((told(-50.0), told(50.0)), (vec!["before_row"], vec!["past_row"]));
 }
 
 #[test]

@@ -148,6 +148,32 @@ fn a_row_of_a_bare_class_has_no_leaf_area_without_a_calibration() {
     }
 }
 
+/// A class with more wood than the calibration's rows had is believed; one with as much is what the calibration was fitted on.
+#[test]
+fn a_row_of_a_bare_class_has_no_leaf_area_by_a_calibration_of_leafy_rows() {
+    let told = |fitted: Option<f64>, wood_share: f64| {
+        let mut calibration = hedge_calibration(0.3);
+        calibration.class.canopy.wood_share = fitted;
+        let canopy = CanopyClass { wood_share: Some(wood_share), ..CanopyClass::default() };
+        let pipeline = Pipeline::new(Some(&orchard_rig()), 0, Some(calibration)).unwrap();
+        let mut pipeline = pipeline.of_class(RowClass { preset: None, canopy });
+        hedge(225).iter().for_each(|scan| pipeline.push(scan));
+        let window = pipeline.window().unwrap().leaf.map(|_| ());
+        let found = pipeline.finish();
+        let said = found.warnings.iter().find(|warning| warning.code() == "mostly_wood");
+        let by_class = said.map(|said| said.to_string().contains("by its class"));
+        assert_eq!(window.err(), found.leaf.areas.best_m2().err(), "the bus tells what the file tells");
+        (window, by_class)
+    };
+    let withheld = (Err(Withheld::MostlyWood), Some(true));
+    for fitted in [None, Some(0.0), Some(0.12), Some(0.55)] {
+        assert_eq!(told(fitted, 0.61), withheld, "{fitted:?}");
+        assert_eq!(told(fitted, 1.0), withheld, "{fitted:?}");
+        assert_eq!(told(fitted, 0.59), (Ok(()), None), "{fitted:?}");
+    }
+    assert_eq!(told(Some(0.62), 0.63), (Ok(()), None), "rows like those that were fitted");
+}
+
 /// A calibration that takes no wood out knows of its rows' class how much there was.
 #[test]
 fn a_row_without_leaves_is_told_from_a_thin_one_by_the_wood_of_the_class() {

@@ -297,6 +297,11 @@ impl Plan {
         if cut {
             let all = self.streams.get(stream).map(|stream| stream.connections.keys().copied().collect());
             let all: Vec<u64> = connection.map(|only| vec![only]).or(all).unwrap_or_default();
+            if all.is_empty() && instant {
+                let reason = Some("no connection stands".to_owned());
+                let detail = self.where_it_is(stream, None, direction);
+                self.tell(number, What::Skipped, at, Detail { reason, ..detail });
+            }
             for connection in all {
                 self.cut(number, at, connection);
             }

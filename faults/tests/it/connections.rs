@@ -77,6 +77,20 @@ async fn a_reset_is_a_reset_and_a_finish_is_an_end() {
     }
 }
 
+/// A cut that meets no connection has cut nothing, and says so.
+#[tokio::test]
+async fn a_cut_without_a_connection_has_acted_on_nothing() {
+    for fault in ["rst", "fin", "half_close"] {
+        let (control, mut events, address) = echo().await;
+        add(&control, &format!("name = \"{fault}\""));
+        let told: Vec<_> =
+            std::iter::from_fn(|| events.take()).map(|event| (event.what, event.acts)).collect();
+        let begun_and_over = [(What::Begin, None), (What::Skipped, None), (What::End, Some(0))];
+        assert_eq!(told, begun_and_over, "{fault}");
+        served(&address).await;
+    }
+}
+
 #[tokio::test]
 async fn nobody_listens_while_connections_are_refused() {
     let (control, _events, address) = echo().await;

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod about;
+mod behind;
 mod crash;
 mod damage;
 #[cfg(feature = "files")]

@@ -8,7 +8,7 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use super::error::LoadError;
-use super::scene::load_scene;
+use super::scene::{calibration_beside, load_scene};
 use super::source_text::SourceText;
 use super::warning::Warning;
 use crate::builtin;
@@ -77,12 +77,15 @@ pub fn load_rig(name: &str, mut tell: impl FnMut(Warning)) -> Result<(Rig, Optio
             source.parse::<RigAlone>()?;
         }
     }
+    let folder = source.folder().to_owned();
     let place = source.place;
     match file.rig {
         Some(rig) if is_alone => {
             let tell = |about| tell(Warning::OldRoof { place: place.clone(), about });
             let rig = sound(file.version, rig, tell);
-            Ok((rig.map_err(|cause| LoadError::Rig { place: place.clone(), cause })?, None))
+            let mut rig = rig.map_err(|cause| LoadError::Rig { place: place.clone(), cause })?;
+            calibration_beside(&mut rig, &folder);
+            Ok((rig, None))
         }
         _ => load_scene(name, tell).map(|scene| (scene.resolved_rig(), Some(scene))),
     }

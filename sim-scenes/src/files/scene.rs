@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use rowscan_protocol::rig::OldRoof;
+use rowscan_protocol::rig::{OldRoof, Rig};
 
 use super::error::LoadError;
 use super::source_text::SourceText;
@@ -21,6 +21,7 @@ pub fn load_scene(name: &str, mut tell: impl FnMut(Warning)) -> Result<Scene, Lo
     for file in scene.files_mut() {
         fill(file, source.folder())?;
     }
+    calibration_beside(&mut scene.rig, source.folder());
     scene.validate().map_err(|cause| LoadError::Scene { place: source.place.clone(), cause })?;
     old_roofs.into_iter().for_each(|about| tell(Warning::OldRoof { place: source.place.clone(), about }));
     if scene.optics.air_is_off() {
@@ -31,6 +32,15 @@ pub fn load_scene(name: &str, mut tell: impl FnMut(Warning)) -> Result<Scene, Lo
         tell(Warning::OtherOptics { place: source.place, rig, cast });
     }
     Ok(scene)
+}
+
+/// A calibration that a rig names by a path is looked for in the rig's own folder first, as other files are; one that is not there is left to whoever reads it.
+pub(super) fn calibration_beside(rig: &mut Rig, folder: &Path) {
+    let is_path = |name: &&String| name.ends_with(".toml");
+    let beside = rig.calibration.as_ref().filter(is_path).map(|name| folder.join(name));
+    if let Some(path) = beside.filter(|path| path.is_file()) {
+        rig.calibration = Some(path.to_string_lossy().into_owned());
+    }
 }
 
 /// A mesh of millions of triangles, as text.

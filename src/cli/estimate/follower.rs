@@ -129,7 +129,7 @@ impl Follower {
     /// All has been shown: waits to be sent back, where that can be; false elsewhere.
     async fn shown(&mut self) -> bool {
         let Some(feed) = &mut self.feed else { return false };
-        feed.ended();
+        feed.ended(&self.pipeline);
         if !feed.can_be_sent_back() {
             return false;
         }

@@ -72,7 +72,7 @@ pub(super) struct Args {
     /// The echo the scans hold: a live scanner is asked for it; of a recording it is taken as said [default: first of a live scanner]
     #[arg(long, value_enum, value_name = "WHICH")]
     echo: Option<EchoArg>,
-    /// How wide the scanner's beams are, instead of what the rig says; a recording that an emulator made knows it itself
+    /// How wide the scanner's beams are, instead of what the rig says; a recording by `emulate --record` knows it itself
     #[arg(long, value_enum, value_name = "HOW")]
     optics: Option<OpticsArg>,
     /// A calibration instead of the rig's own: a file, a shipped one's name, or a class (`spindle`), then that of the scanner's model

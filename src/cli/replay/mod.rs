@@ -21,7 +21,7 @@ use super::stream_states::state_of;
 use super::web::WebArgs;
 use super::{Failure, Format, Outcome, event_format, models};
 use orders::{ReplayTime, SeekRequest};
-use places::{Places, Seek};
+use places::{Places, Seek, drive_began_ns};
 use rowscan_bench::replay::{ReplayBench, ReplaySpec, ReplayedStream};
 use rowscan_canopy::Warning;
 use rowscan_control::{Bench, Log, Refused};
@@ -169,6 +169,12 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         None => Watched::default(),
     };
     tell_streams(&survey, &parts);
+    let waited_ns = drive_began_ns(&survey).zip(parts.iter().filter_map(|part| part.begins_ns).min());
+    if let Some((began_ns, first_ns)) = waited_ns.filter(|(began_ns, first_ns)| began_ns > first_ns) {
+        let (seconds, played) =
+            ((began_ns - first_ns) as f64 * 1e-9, if args.verbatim { "too" } else { "not" });
+        say(format_args!("the tractor stood for {seconds:.2} s before its drive, which is played {played}"));
+    }
     events::ready(args.format)?;
     let player = bench.play(tape, Arc::clone(&playhead), &Timer::system());
     loop {

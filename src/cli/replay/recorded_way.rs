@@ -11,6 +11,7 @@ use rowscan_study::reading::{CalibrationChoice, Reading};
 
 use super::super::Failure;
 use super::super::recorded_speed::RecordedSpeed;
+use super::places::drive_began_ns;
 
 /// What tells the way.
 pub(super) enum RecordedWay {
@@ -60,6 +61,10 @@ impl RecordedWay {
             let at = Duration::from_nanos(at_ns.saturating_sub(recording.began_ns().unwrap_or_default()));
             reader.push(at, &packet);
             while let Some(event) = reader.next_event() {
+                if event == HostEvent::Scan && drive_began_ns(survey) > Some(at_ns) {
+                    scans += 1;
+                    continue;
+                }
                 match event {
                     HostEvent::Scan => match self {
                         Self::Encoder | Self::OfRig => pipeline.push(reader.scan()),

@@ -53,7 +53,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     let found = rig.scanners.len();
     if let Some(scanner) = args.scanner.filter(|scanner| *scanner >= found) {
         return Err(Failure::Usage(format!(
-            "--scanner: the rig has {found} scanners, counted from 0; found {scanner}"
+            "--scanner: expected a number below {found}, the count of the rig's scanners; found {scanner}"
         )));
     }
     match &args.sheet {

@@ -80,7 +80,8 @@ impl Feed {
     }
 
     /// No more scans come.
-    pub(in super::super) fn ended(&self) {
+    pub(in super::super) fn ended(&self, pipeline: &Pipeline) {
+        self.show.measured(self.place, metres(&pipeline.estimate()));
         self.show.ended(self.place);
     }
 

@@ -32,13 +32,19 @@ impl Meter {
         self.show.measured(self.scanner, Vec::new());
     }
 
+    /// No more come, or none is known to come: what is not shown yet is.
+    pub(in super::super) fn show_rest(&mut self) {
+        if std::mem::take(&mut self.scans) > 0 {
+            self.show.measured(self.scanner, metres(&self.pipeline.estimate()));
+        }
+    }
+
     /// One more.
     pub(in super::super) fn push(&mut self, scan: &Scan) {
         self.pipeline.push(scan);
         self.scans += 1;
         if self.scans >= EVERY {
-            self.scans = 0;
-            self.show.measured(self.scanner, metres(&self.pipeline.estimate()));
+            self.show_rest();
         }
     }
 }

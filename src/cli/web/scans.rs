@@ -85,6 +85,7 @@ impl Scans {
                 });
             }
         }
+        meters.iter_mut().flatten().for_each(Meter::show_rest);
     }
 }
 

@@ -87,6 +87,9 @@ async fn follow(
             meter.push(&line.scan);
         }
     }
+    if let Some(meter) = &mut meter {
+        meter.show_rest();
+    }
 }
 
 /// How a scanner's lines are measured: as `estimate --rig SCENE` would; none where that has no estimate.

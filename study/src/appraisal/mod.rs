@@ -124,6 +124,25 @@ impl Appraisal {
         }
     }
 
+    /// Whether the organs by themselves tell what this quantity of a row really is.
+    pub fn knows(quantity: Quantity) -> bool {
+        match quantity {
+            Quantity::LeafArea
+            | Quantity::Lai
+            | Quantity::TreeAreaIndex
+            | Quantity::Height
+            | Quantity::MedianHeight
+            | Quantity::Base
+            | Quantity::Width
+            | Quantity::MedianWidth
+            | Quantity::Volume
+            | Quantity::TreeRowVolume
+            | Quantity::LeafWallArea => true,
+            // Only a finer scan, or the beams alone, define the others.
+            _ => false,
+        }
+    }
+
     /// The same, and what `reference` measured on a finer scan stands for what only that can tell: gaps, porosity, impacted area.
     #[must_use]
     pub fn with_finer_scan(self, reference: Vec<Measure>) -> Self {

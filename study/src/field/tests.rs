@@ -38,6 +38,7 @@ fn pieces(recording: &str, raw_m2: &[f64], factor: f64) -> Vec<ScannedPiece> {
             ..Sample::default()
         },
         before_m2: Some(raw_m2 * 0.9),
+        row_raw_m2_per_m: 5.0,
     };
     raw_m2.iter().enumerate().map(piece).collect()
 }
@@ -71,6 +72,35 @@ fn rows_with_factors_of_their_own_are_left_out_whole() {
     // Three rows, not twelve pieces, say how well the factor is known: it may be off by as much as rows differ.
     let half = (found.factor_interval[1] / found.factor_interval[0] - 1.0) / 2.0;
     assert!(half > 0.25, "{:?}", found.factor_interval);
+}
+
+/// Areas in dm², or of other pieces.
+#[test]
+fn areas_of_another_unit_are_refused() {
+    for factor in [100.0, 0.01] {
+        let found = calibrate(&pieces("a", &[4.0, 5.0, 6.0, 5.5], factor), &class(), Provenance::default());
+        let why = found.expect_err("refused").to_string();
+        assert!(why.contains("expected 0.1 to 10 times"), "{why}");
+    }
+}
+
+/// Pieces that are alike tell no law, and stand closer than their row: what lies beyond the row's own density is beyond what is known.
+#[test]
+fn a_row_denser_than_those_of_pieces_that_are_alike_is_not_well_known() {
+    let mut alike = pieces("a", &[6.0, 6.4, 5.9, 6.2, 6.1, 6.3], 1.0);
+    for (place, piece) in alike.iter_mut().enumerate() {
+        let off = [0.1, -0.1][place % 2];
+        piece.measured.leaf_area_m2 = 6.2 * (1.0 + off);
+        piece.sample.leaf_area_m2 = piece.measured.leaf_area_m2;
+        piece.sample.spot_relative_sd = 0.12;
+    }
+    let contact =
+        calibrate(&alike, &class(), Provenance::default()).expect("a calibration").calibration.contact;
+    assert!(contact.quality.r2 < 0.5, "{contact:?}");
+    assert_eq!(contact.density_sd(5.0), 0.0, "the row's own");
+    // The mean of the pieces is a fifth denser than their row.
+    assert!(contact.density_sd(6.15) > 0.2, "{}", contact.density_sd(6.15));
+    assert!(contact.own_law(6.15).is_some_and(|shift| shift > 0.2), "{:?}", contact.own_law(6.15));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use rowscan_canopy::{Estimate, EstimatorInfo, Measure, Quantity};
 use rowscan_scenes::files;
 use serde::{Deserialize, Serialize};
 
-use crate::appraisal::Stretch;
+use crate::appraisal::{Appraisal, Stretch};
 
 /// One number to keep.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,7 +43,8 @@ const ESTIMATE_KEYS: &[&str] = &[
 /// A name that is no output.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "there is no output `{found}`{nearest}; they are ESTIMATOR.QUANTITY, error.ESTIMATOR.QUANTITY, truth.QUANTITY, estimate.KEY, spray.KEY"
+    "there is no output `{found}`{nearest}; they are ESTIMATOR.QUANTITY, error.ESTIMATOR.QUANTITY, truth.QUANTITY, estimate.KEY, spray.KEY; \
+     gaps, porosity and impacted area have a truth in `rowscan study estimators` alone, by a finer scan, and densities and hidden shares have none"
 )]
 pub struct OutputError {
     found: String,
@@ -70,7 +71,8 @@ fn all() -> impl Iterator<Item = Output> {
     let sprayed = super::sprayer::OUTPUTS
         .iter()
         .map(|(key, _)| Output { name: format!("spray.{key}"), kind: Kind::Sprayer(key) });
-    measures.chain(truths).chain(keys).chain(sprayed)
+    let is_known = |output: &Output| output.true_quantity().is_none_or(Appraisal::knows);
+    measures.chain(truths).filter(is_known).chain(keys).chain(sprayed)
 }
 
 impl TryFrom<String> for Output {
@@ -171,6 +173,19 @@ mod tests {
         assert_eq!(names.len(), count);
         let why = Output::try_from("error.voxl.leaf_area_m2".to_owned()).expect_err("unknown").to_string();
         assert!(why.contains("did you mean `error.voxel.leaf_area_m2`?"), "{why}");
+    }
+
+    #[test]
+    fn a_truth_that_only_a_finer_scan_tells_is_refused() {
+        for quantity in Quantity::ALL {
+            let found = Output::try_from(format!("truth.{}", quantity.key()));
+            assert_eq!(found.is_ok(), Appraisal::knows(*quantity), "{quantity:?}");
+        }
+        for name in ["truth.porosity", "error.porosity.porosity", "error.impacted.impacted_total_area_m2"] {
+            let why = Output::try_from(name.to_owned()).expect_err("unknown").to_string();
+            assert!(why.contains("study estimators"), "{why}");
+        }
+        assert!(Output::try_from("porosity.porosity".to_owned()).is_ok(), "the measure itself");
     }
 
     #[test]

@@ -5,6 +5,9 @@
 
 use std::f64::consts::PI;
 
+/// So far behind the end of the last row, metres, all that the tractor carries has left it.
+pub(super) const CLEAR_M: f64 = 3.0;
+
 /// Where the tractor is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Place {
@@ -64,7 +67,7 @@ impl Course {
         PI * self.row_spacing_m / 2.0
     }
 
-    /// The place after `way_m` metres. Past the last alley's end it goes straight on; before the start, straight back.
+    /// The place after `way_m` metres. Past the last alley's end it goes straight on, from [`CLEAR_M`] on over the headland; before the start, straight back.
     pub fn at(&self, way_m: f64) -> Place {
         let (passes, row_m) = self.turns.unwrap_or((1, f64::INFINITY));
         // A start beyond the rows turns at once.
@@ -86,7 +89,10 @@ impl Course {
             let heading_rad = if backwards { PI } else { 0.0 };
             let alley = Alley { number, backwards };
             let (stands_by, _) = alley.row_beside(!self.looks_left);
+            // Straight on behind the last row it is on the headland, too.
+            let is_between_rows = into_m <= row_m + CLEAR_M;
             let (alley, stands_by) = (Some(alley), Some(stands_by));
+            let (alley, stands_by) = if is_between_rows { (alley, stands_by) } else { (None, None) };
             return Place { x_m: middle_m, y_m, heading_rad, alley, stands_by };
         }
         let radius_m = self.row_spacing_m / 2.0;
@@ -140,6 +146,22 @@ mod tests {
             assert!(back.alley.is_none() && back.y_m < 0.0, "{start_m}: {back:?}");
             assert!((back.y_m + 2.0).abs() < 1e-9, "{start_m}: {back:?}");
         }
+    }
+
+    #[test]
+    fn behind_the_last_row_it_is_on_the_headland_and_a_row_without_end_has_none() {
+        for alleys in 1..4 {
+            let course = Course { turns: Some((alleys, 20.0)), ..Course::default() };
+            let end_m = f64::from(alleys) * (20.0 + course.turn_m()) - course.turn_m();
+            assert!(
+                course.at(end_m + 0.99 * CLEAR_M).alley.is_some(),
+                "{alleys}: its boom may be in the row"
+            );
+            let (left, far) = (course.at(end_m + 1.01 * CLEAR_M), course.at(end_m + 500.0));
+            assert_eq!((left.alley, far.alley, left.stands_by), (None, None, None), "{alleys}");
+            assert_eq!(left.x_m, far.x_m, "straight on");
+        }
+        assert!(Course::default().at(1e6).alley.is_some());
     }
 
     #[test]

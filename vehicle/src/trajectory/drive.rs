@@ -194,7 +194,10 @@ impl Drive {
             alley: self.first_alley(rig),
             row_spacing_m: rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m),
             looks_left: rig.looks_left(),
-            turns: self.alleys.filter(|_| row_m.is_finite()).map(|alleys| (alleys, row_m)),
+            turns: self
+                .alleys
+                .filter(|_| self.has_headlands() && row_m.is_finite())
+                .map(|alleys| (alleys, row_m)),
         };
         Trajectory::new(self.profile(rig.speed_m_s), course, self.acceleration_m_s2)
     }

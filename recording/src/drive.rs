@@ -1,0 +1,37 @@
+//! When the drive of a recorded run began: what its scanners saw before, they saw of a tractor that stood.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// The drive of a run whose tractor waits for its start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drive {
+    /// It has not begun, as far as the recording goes.
+    Awaited,
+    /// It began at this log time, nanoseconds since 1970.
+    Began(u64),
+}
+
+impl fmt::Display for Drive {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Awaited => f.write_str("awaited"),
+            Self::Began(at_ns) => at_ns.fmt(f),
+        }
+    }
+}
+
+/// The text is neither `awaited` nor a log time in nanoseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NoDrive;
+
+impl FromStr for Drive {
+    type Err = NoDrive;
+
+    fn from_str(text: &str) -> Result<Self, NoDrive> {
+        match text {
+            "awaited" => Ok(Self::Awaited),
+            at_ns => at_ns.parse().map(Self::Began).map_err(|_| NoDrive),
+        }
+    }
+}
