@@ -1,6 +1,6 @@
 //! What was found wrong with an MCAP file while it was read.
 
-use crate::read::{Resumed, Torn};
+use crate::read::{END, Resumed, Torn};
 
 const WHOLE: &str = "a whole record";
 
@@ -33,7 +33,7 @@ impl Damage {
     pub(crate) fn lose_behind(&mut self, begins: u64, ends: u64, found: String) {
         self.lose(begins, ends, found);
         if let Some(torn) = self.torn.as_mut().filter(|torn| torn.offset == begins) {
-            torn.expected = "the end of the file";
+            torn.expected = END;
         }
     }
 

@@ -184,6 +184,12 @@ impl<R: Read> Records<R> {
                 self.open_chunk()?;
                 continue;
             }
+            if opcode == op::HEADER && !self.channels.is_empty() && self.section == Section::Data {
+                self.tear(
+                    "the beginning of another file, which was joined to it: divide them there".to_owned(),
+                );
+                continue;
+            }
             self.consume(size);
             match opcode {
                 op::DATA_END => self.section = Section::Summary,

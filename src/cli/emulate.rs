@@ -13,6 +13,7 @@ use rowscan_protocol::frame::Dialect;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::Rig;
 use rowscan_recording::{About, Taps};
+use rowscan_study::calibrations::load_calibration_for;
 use tokio::runtime::Handle;
 use tokio::task::JoinSet;
 
@@ -354,6 +355,13 @@ impl Args {
             let optics = if self.scene.tells_optics() { format!(" --optics {width}") } else { String::new() };
             let which = which(fitted);
             say(format_args!("estimate with: rowscan estimate {sources} --rig {scene}{which}{optics}"));
+            let named = stage.rig.calibration.as_deref().zip(fitted.first());
+            let unreadable = named.and_then(|(name, first)| {
+                load_calibration_for(name, first.model.name(), stage.rig.optics).err()
+            });
+            if let Some(cause) = unreadable {
+                say(format_args!("warning: an estimate by this rig is refused: {cause}"));
+            }
         }
     }
 

@@ -335,7 +335,9 @@ fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Fa
         let name = file.display();
         // Only MCAP is repaired in its place.
         let to = if recording.format() == rowscan_recording::Format::Mcap { "" } else { " -o NEW.mcap" };
-        say(format_args!("{name}: {torn}; `rowscan record --repair {name}{to}` writes it anew"));
+        let is_behind = recording.torn().is_some_and(rowscan_recording::Torn::is_behind);
+        let remedy = format!("; `rowscan record --repair {name}{to}` writes it anew");
+        say(format_args!("{name}: {torn}{}", if is_behind { "" } else { &remedy }));
     }
     let outcome = if torn.is_some() { Outcome::Finding } else { Outcome::Done };
     let About {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use rowscan_driver::Source;
 use rowscan_files::{OutputFile, is_standard_output};
-use rowscan_recording::{About, Copied, CopyError, Format, Repaired, copy, repair};
+use rowscan_recording::{About, Copied, CopyError, Format, Repaired, Torn, copy, repair};
 
 use super::output::{name_of, say};
 use super::recorder::{self, DecodedArgs};
@@ -85,7 +85,7 @@ fn in_place(file: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
     commit(out, file)?;
     tell_repaired(file, &repaired);
     say(format_args!("the file as it was is {}", original.display()));
-    Ok(Outcome::Done)
+    Ok(if repaired.torn.as_ref().is_some_and(Torn::is_behind) { Outcome::Finding } else { Outcome::Done })
 }
 
 fn mend_to(file: &Path, output: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
@@ -94,7 +94,8 @@ fn mend_to(file: &Path, output: &Path, decoded: DecodedArgs) -> Result<Outcome, 
     let (repaired, _) = rewrite(file, output, &mut out, decoded)?;
     commit(out, output)?;
     tell_repaired(output, &repaired);
-    Ok(Outcome::Done)
+    // What stands behind a whole file is not mended by leaving it out.
+    Ok(if repaired.torn.as_ref().is_some_and(Torn::is_behind) { Outcome::Finding } else { Outcome::Done })
 }
 
 /// Writes all that can be read of an MCAP file; true if something is missing.

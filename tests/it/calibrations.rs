@@ -47,3 +47,20 @@ fn asked() -> Vec<&'static str> {
 fn shipped_calibrations_are_what_their_commands_make() {
     asked().into_iter().for_each(assert_made_by_its_command);
 }
+
+#[test]
+fn a_calibration_lies_beside_the_file_that_names_it() {
+    let folder = tempfile::tempdir().expect("sound");
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let rig = "version = 2\n[rig]\ncalibration = \"mine.toml\"\n[[rig.scanner]]\nmodel = \"lms111\"\n";
+    std::fs::write(path("rig.toml"), rig).expect("sound");
+    std::fs::write(path("scene.toml"), format!("{rig}[orchard]\ntrees = 3\n")).expect("sound");
+    let named = || {
+        ["rig.toml", "scene.toml"].map(|name| {
+            rowscan_scenes::files::load_rig(&path(name), |_| {}).expect("sound").0.calibration.expect("sound")
+        })
+    };
+    assert_eq!(named(), ["mine.toml", "mine.toml"], "it is not there");
+    std::fs::write(path("mine.toml"), "").expect("sound");
+    assert_eq!(named(), [path("mine.toml"), path("mine.toml")]);
+}

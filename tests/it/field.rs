@@ -28,22 +28,21 @@ fn strip(file: &impl Fn(&str) -> String) -> Vec<(String, usize, f64)> {
 }
 
 #[test]
-fn a_calibration_of_measured_metres_is_that_of_the_leaves_and_a_sheet_in_wrong_units_shows() {
+fn a_calibration_of_measured_metres_is_that_of_the_leaves_and_a_sheet_in_wrong_units_is_refused() {
     let (_folder, file) = folder();
     let sheet = file("field.csv");
     let stripped = strip(&file);
-    let report = |factor: f64| -> serde_json::Value {
+    let fit = |factor: f64| {
         let mut text = String::from("recording,from_m,to_m,leaf_area_m2\n");
         for (recording, metre, leaf_area_m2) in &stripped {
             text.push_str(&format!("{recording},{metre},{},{}\n", metre + 1, leaf_area_m2 * factor));
         }
         std::fs::write(&sheet, text).expect("written");
-        let ended =
-            run(&["study", "field", &sheet, "--rig", "spindle", "-o", &file("new.toml"), "--format", "json"]);
-        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
-        serde_json::from_str(&ended.stdout).expect("JSON")
+        run(&["study", "field", &sheet, "--rig", "spindle", "-o", &file("new.toml"), "--format", "json"])
     };
-    let found = report(1.0);
+    let ended = fit(1.0);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let found: serde_json::Value = serde_json::from_str(&ended.stdout).expect("JSON");
     assert_eq!(found["left_out"], "recording");
     assert_eq!(found["pieces"].as_array().map(Vec::len), Some(9));
     let error = |of: &str, what: &str| found[of][what].as_f64().expect("known");
@@ -58,9 +57,10 @@ fn a_calibration_of_measured_metres_is_that_of_the_leaves_and_a_sheet_in_wrong_u
     let told: serde_json::Value = serde_json::from_str(&told.stdout).expect("JSON");
     assert!(told["leaf_area_uncertainty"]["calibration"].as_f64() > Some(0.0), "{told}");
     // dm² in the place of m².
-    let wrong = report(100.0);
-    assert!(wrong["before"]["bias"].as_f64() < Some(-0.9), "{wrong}");
-    assert!(wrong["factor"].as_f64() > Some(50.0), "{wrong}");
+    let wrong = fit(100.0);
+    assert_eq!((wrong.code, wrong.stdout.as_str()), (Some(2), ""));
+    assert_says(&wrong.stderr, &["times what the scans tell", "in m²"]);
+    assert_eq!(std::fs::read_to_string(file("new.toml")).expect("kept"), new, "what was there stays");
 }
 
 #[test]

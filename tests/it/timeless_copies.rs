@@ -18,8 +18,10 @@ fn told(path: &Path) -> ([bool; 3], String) {
     let info: Value = serde_json::from_str(&info.stdout).expect("JSON");
     let stream = &info["streams"][0];
     let known = ["begins_s", "duration_s", "longest_gap_s"].map(|key| !stream[key].is_null());
-    let exported = run(&["export", text(path), "--to", "csv", "--what", "scans"]);
-    let mut lines = exported.stdout.lines().filter(|line| !line.starts_with('#'));
+    let to = path.with_extension("csv");
+    let exported = run(&["export", text(path), "--to", "csv", "--what", "scans", "-o", text(&to)]);
+    let exported = fs::read_to_string(to).unwrap_or_else(|_| panic!("{}", exported.stderr));
+    let mut lines = exported.lines().filter(|line| !line.starts_with('#'));
     let column = lines.next().expect("a head").split(',').position(|name| name == "received_s");
     let first = lines.next().expect("a scan").split(',').nth(column.expect("the column")).expect("a value");
     (known, first.to_owned())

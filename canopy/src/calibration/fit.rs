@@ -227,11 +227,12 @@ fn ln(values: &[f64]) -> Vec<f64> {
 }
 
 /// The law of rows of so many metres as they are, from the logarithms of their raw and their true leaf areas a metre; `None` where either does not differ.
-fn own_law(ln_x: &[f64], ln_y: &[f64], length_m: &[f64]) -> Option<FittedRows> {
+/// Rows that are alike tell none: theirs is the `usual` exponent.
+fn own_law(ln_x: &[f64], ln_y: &[f64], length_m: &[f64], usual: f64) -> Option<FittedRows> {
     let turned = FittedLine::fit(ln_y, ln_x)
         .filter(|line| line.slope > 0.0 && Goodness::of_line(line, ln_y, ln_x).r2 >= ALIKE_R2)
         .map(|line| line.slope.recip());
-    let exponent = turned.or_else(|| FittedLine::fit(ln_x, ln_y).map(|line| line.slope))?;
+    let exponent = turned.or_else(|| FittedLine::fit(ln_x, ln_y).map(|line| line.slope.max(usual)))?;
     let (mean_x, mean_y) = (mean(ln_x), mean(ln_y));
     let off = |(x, y): (&f64, &f64)| (y - mean_y - exponent * (x - mean_x)).powi(2);
     let squares: f64 = ln_x.iter().zip(ln_y).map(off).sum();
@@ -270,11 +271,7 @@ fn scale(
     let spot_sd = spot_sd * mean(raw) / mean(x);
     let line = FittedLine::through_origin(x, y).ok_or(FitError::NoSpread { key })?;
     let good = quality(raw, y, Goodness::of_line(&line, x, y));
-    let fitted = own_law(&ln(x), &ln(y), length_m).map(|rows| match good.r2 < ALIKE_R2 {
-        // Rows that are alike tell no law: theirs is what others of their optics have.
-        true => FittedRows { exponent: rows.exponent.max(usual_exponent(spot_sd)), ..rows },
-        false => rows,
-    });
+    let fitted = own_law(&ln(x), &ln(y), length_m, usual_exponent(spot_sd));
     let proportion = ContactScale {
         k: line.slope,
         p: 1.0,

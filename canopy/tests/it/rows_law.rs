@@ -51,7 +51,9 @@ fn an_exponent_that_is_not_applied_widens_the_interval_of_rows_off_the_mean() {
     let alike = contact_of(&|i, x| 5.0 + 0.01 * x + [0.3, -0.3][i % 2], 0.0);
     let mean = alike.fitted.unwrap().mean_m2_per_m;
     assert!(alike.quality.r2 < 0.5 && alike.density_sd(mean) < 1e-9, "{alike:?}");
-    assert_eq!(alike.own_law(0.8 * mean), None);
+    assert_eq!(alike.fitted.unwrap().exponent, 1.3, "what other rows have, by rays");
+    let [thin, dense] = [0.8, 1.25].map(|off| alike.own_law(off * mean).unwrap());
+    assert!((dense - thin - 0.3 * (1.25_f64 / 0.8).ln()).abs() < 1e-9, "{thin} {dense}");
     assert!([0.8, 1.25].iter().all(|off| (alike.density_sd(off * mean) - 1.25_f64.ln()).abs() < 1e-9));
 
     // In an estimate it stands beside the other parts.

@@ -3,7 +3,7 @@
 use crate::common::{self, lms111, open_rig, wall};
 use rowscan_canopy::{AdvanceSource, GroundSpeed, Pipeline, Warning};
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::Rig;
+use rowscan_protocol::rig::{Mount, Rig};
 use rowscan_protocol::scan::{EncoderReading, Scan};
 use rowscan_protocol::validity::DeviceStatus;
 
@@ -156,7 +156,7 @@ fn what_a_turned_scanner_sees_beyond_the_row_is_told() {
         codes.filter(|code| ["before_row", "past_row"].contains(code)).collect::<Vec<_>>()
     };
     assert_eq!(told(0.0), Vec::<&str>::new());
-    assert_eq!((told(-50.0), told(50.0)), (vec!["before_row"], vec!["past_row"]));
+    assert_eq!((told(-45.0), told(45.0)), (vec!["before_row"], vec!["past_row"]));
 }
 
 #[test]

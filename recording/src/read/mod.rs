@@ -34,6 +34,7 @@ use serde::Serialize;
 pub use format::Format;
 pub use gzip::BrokenArchive;
 pub use soundness::Soundness;
+pub(crate) use torn::END;
 pub use torn::{Resumed, Torn};
 
 use crate::scan_reader::MAX_PAYLOAD;

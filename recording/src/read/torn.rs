@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+/// What stands behind a whole file.
+pub(crate) const END: &str = "the end of the file";
+
 /// Where a file ends too early, or stops making sense. All before is read, and what can be found behind it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Torn {
@@ -27,11 +30,17 @@ pub struct Resumed {
 }
 
 impl Torn {
+    /// Whether what is left out stands behind the end of the file, which is whole.
+    pub fn is_behind(&self) -> bool {
+        self.expected == END
+    }
+
     /// Which part of the file was read, in words.
     pub fn read_part(&self) -> &'static str {
         match self.resumed {
             None => "what comes before",
             Some(Resumed { holes: 0, .. }) => "all of it, damaged bytes too",
+            Some(_) if self.is_behind() => "what comes before",
             Some(_) => "what is before and behind the damage",
         }
     }

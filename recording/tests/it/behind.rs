@@ -24,6 +24,18 @@ fn read(bytes: Vec<u8>) -> (u64, Option<String>) {
     (packets, recording.torn().map(ToString::to_string))
 }
 
+/// What is left of a file that was cut does not go on in the next one.
+#[test]
+fn a_file_joined_to_one_that_was_cut_is_none_of_it() {
+    let (one, other) = (file(40), file(7));
+    for cut in [one.len() * 6 / 10, one.len() * 8 / 10] {
+        let alone = read(one[..cut].to_vec());
+        let (packets, told) = read([&one[..cut], &other[..]].concat());
+        assert_eq!(packets, alone.0);
+        assert!(told.unwrap().contains("broken off"), "at {cut}");
+    }
+}
+
 #[test]
 fn bytes_behind_the_end_are_told_and_a_whole_file_is_whole() {
     let one = file(9);

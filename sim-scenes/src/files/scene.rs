@@ -38,6 +38,8 @@ pub fn load_scene(name: &str, mut tell: impl FnMut(Warning)) -> Result<Scene, Lo
 pub(super) fn calibration_beside(rig: &mut Rig, folder: &Path) {
     let is_path = |name: &&String| name.ends_with(".toml");
     let beside = rig.calibration.as_ref().filter(is_path).map(|name| folder.join(name));
+    // Recordings keep the rig, and are read in other folders.
+    let beside = beside.and_then(|path| std::path::absolute(path).ok());
     if let Some(path) = beside.filter(|path| path.is_file()) {
         rig.calibration = Some(path.to_string_lossy().into_owned());
     }

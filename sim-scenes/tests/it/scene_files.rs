@@ -71,21 +71,6 @@ fn a_rig_keeps_what_it_says_itself() {
 
 /// As steep as a ground may be, a rig may know it.
 #[test]
-fn a_calibration_lies_beside_the_file_that_names_it() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
-    let rig = "version = 2\n[rig]\ncalibration = \"mine.toml\"\n[[rig.scanner]]\nmodel = \"lms111\"\n";
-    std::fs::write(path("rig.toml"), rig).unwrap();
-    std::fs::write(path("scene.toml"), format!("{rig}[orchard]\ntrees = 3\n")).unwrap();
-    let named = || {
-        ["rig.toml", "scene.toml"].map(|name| load_rig(&path(name), |_| {}).unwrap().0.calibration.unwrap())
-    };
-    assert_eq!(named(), ["mine.toml", "mine.toml"], "it is not there");
-    std::fs::write(path("mine.toml"), "").unwrap();
-    assert_eq!(named(), [path("mine.toml"), path("mine.toml")]);
-}
-
-#[test]
 fn a_rig_knows_the_slope_of_its_scenes_ground() {
     let told = |ground: &str, rig: &str| {
         let scene = read(&format!("version = 2\n[orchard.ground]\n{ground}\n[rig]\n{rig}\n"));

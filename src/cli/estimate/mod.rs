@@ -48,6 +48,7 @@ use print::By;
 pub(super) use print::warnings;
 use profile::ProfileArgs;
 pub(super) use profile::band_m;
+pub(in crate::cli) use rig::contradictions;
 use rig::{Beams, Loaded, Recorded, Scanners};
 use scanner_report::ScannerReport;
 use truth::true_scene;

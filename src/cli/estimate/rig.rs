@@ -151,6 +151,11 @@ const TOLD_FIRST: [&str; 5] = ["distance_m", "height_m", "speed_m_s", "roof", "r
 /// What a recording tells of its scanner itself, or has a warning of its own.
 const TOLD_ELSEWHERE: [&str; 2] = ["model", "optics"];
 
+/// How a recording contradicts this rig, of which this scanner made it.
+pub(in crate::cli) fn contradictions(source: &Source, rig: &Rig, scanner: usize) -> Vec<Warning> {
+    source.peek().map_or_else(Vec::new, |found| Recorded::of(found.about(), (rig, scanner), None).warnings)
+}
+
 impl Recorded {
     /// Of a recording that says this, measured by a scanner of `rig`, which the scene of this name has.
     fn of(about: &About, (rig, scanner): (&Rig, usize), of_scene: Option<&str>) -> Self {

@@ -1,5 +1,6 @@
 //! `rowscan replay`
 
+mod drive;
 mod orders;
 mod places;
 mod recorded_way;
@@ -20,8 +21,9 @@ use super::recorder::RecordArgs;
 use super::stream_states::state_of;
 use super::web::WebArgs;
 use super::{Failure, Format, Outcome, event_format, models};
+use drive::drive_began_ns;
 use orders::{ReplayTime, SeekRequest};
-use places::{Places, Seek, drive_began_ns};
+use places::{Places, Seek};
 use rowscan_bench::replay::{ReplayBench, ReplaySpec, ReplayedStream};
 use rowscan_canopy::Warning;
 use rowscan_control::{Bench, Log, Refused};
@@ -104,7 +106,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
             "--stamps now: the stamps of Compact telegrams stay as recorded; leave it out".to_owned(),
         ));
     }
-    let places = Places::of(args.rig.as_deref(), &survey, &parts);
+    let places = Places::of(args.rig.as_deref(), &survey, &parts, args.verbatim);
     let played = args.played(&places, &parts)?;
     let (from, until) = (played.from, played.until);
     let start_ns = from.at_ns.max(places.begins_ns);
@@ -171,9 +173,9 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     tell_streams(&survey, &parts);
     let waited_ns = drive_began_ns(&survey).zip(parts.iter().filter_map(|part| part.begins_ns).min());
     if let Some((began_ns, first_ns)) = waited_ns.filter(|(began_ns, first_ns)| began_ns > first_ns) {
-        let (seconds, played) =
-            ((began_ns - first_ns) as f64 * 1e-9, if args.verbatim { "too" } else { "not" });
-        say(format_args!("the tractor stood for {seconds:.2} s before its drive, which is played {played}"));
+        let (seconds, are) =
+            ((began_ns - first_ns) as f64 * 1e-9, if args.verbatim { "are" } else { "are not" });
+        say(format_args!("the {seconds:.2} s in which the tractor stood before its drive {are} played"));
     }
     events::ready(args.format)?;
     let player = bench.play(tape, Arc::clone(&playhead), &Timer::system());

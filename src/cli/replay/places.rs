@@ -4,12 +4,12 @@ use std::str::FromStr;
 use std::sync::OnceLock;
 
 use rowscan_protocol::rig::Rig;
-use rowscan_recording::Drive;
 use rowscan_scenes::files;
 
 use super::super::Failure;
 use super::super::output::say;
 use super::super::recorder;
+use super::drive::drive_began_ns;
 use super::recorded_way::RecordedWay;
 use rowscan_emulator::replay::{Moment, Part, ReplayError, Survey};
 
@@ -50,23 +50,15 @@ pub(super) struct Places<'a> {
     pub(super) ends_ns: u64,
 }
 
-/// When the drive of a recorded run began, if it says so.
-pub(super) fn drive_began_ns(survey: &Survey) -> Option<u64> {
-    match survey.about.drive {
-        Some(Drive::Began(at_ns)) => Some(at_ns),
-        _ => None,
-    }
-}
-
 impl<'a> Places<'a> {
     /// Places by what is played.
-    pub(super) fn of(rig: Option<&'a str>, survey: &'a Survey, parts: &[&'a Part]) -> Self {
+    pub(super) fn of(rig: Option<&'a str>, survey: &'a Survey, parts: &[&'a Part], verbatim: bool) -> Self {
         // What other instruments said before the first scanner began is passed over, as long as there is a scanner.
         let scanners = || parts.iter().filter(|part| part.is_scanner());
         let begins_ns = scanners().filter_map(|part| part.begins_ns).min();
         let begins_ns = begins_ns.or(parts.iter().filter_map(|part| part.begins_ns).min());
         // Nor is what a tractor saw that waited for its drive.
-        let begins_ns = begins_ns.max(drive_began_ns(survey));
+        let begins_ns = begins_ns.max(drive_began_ns(survey).filter(|_| !verbatim));
         Self {
             rig,
             found: OnceLock::new(),

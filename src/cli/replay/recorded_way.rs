@@ -11,7 +11,7 @@ use rowscan_study::reading::{CalibrationChoice, Reading};
 
 use super::super::Failure;
 use super::super::recorded_speed::RecordedSpeed;
-use super::places::drive_began_ns;
+use super::drive::drive_began_ns;
 
 /// What tells the way.
 pub(super) enum RecordedWay {

@@ -13,6 +13,7 @@ use rowscan_study::field::{self, FieldReport, MeasuredPiece, Planned, ScannedPie
 use rowscan_study::reading::{CalibrationChoice, Reading};
 
 use super::calibration::{line_spacing_m, voxel_m};
+use crate::cli::estimate::contradictions;
 use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, say, share};
 use crate::cli::{Failure, Format, Outcome, progress};
@@ -128,6 +129,9 @@ fn scanner_of(args: &Args, rig: &Rig, source: &Source) -> usize {
 /// What the scans of a recording tell.
 async fn estimate(args: &Args, rig: &Rig, path: &Path) -> Result<Estimate, Failure> {
     let source = recorded(path)?;
+    for warning in contradictions(&source, rig, scanner_of(args, rig, &source)) {
+        say(format_args!("{}: warning: {warning}", path.display()));
+    }
     let choice = args.calibration.as_deref().map_or(CalibrationChoice::OfRig, CalibrationChoice::Named);
     let mut pipeline =
         Reading::of_recording(Some(rig), scanner_of(args, rig, &source), true, choice)?.pipeline;

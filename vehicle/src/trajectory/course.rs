@@ -5,8 +5,8 @@
 
 use std::f64::consts::PI;
 
-/// So far behind the end of the last row, metres, all that the tractor carries has left it.
-pub(super) const CLEAR_M: f64 = 3.0;
+/// So far before the first row and behind the end of the last one, metres, nothing that the tractor carries is beside it.
+pub(super) const CLEAR_M: f64 = 8.0;
 
 /// Where the tractor is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -67,7 +67,8 @@ impl Course {
         PI * self.row_spacing_m / 2.0
     }
 
-    /// The place after `way_m` metres. Past the last alley's end it goes straight on, from [`CLEAR_M`] on over the headland; before the start, straight back.
+    /// The place after `way_m` metres. Past the last alley's end it goes straight on, from [`CLEAR_M`] on over the headland; before the start, straight back, and
+    /// farther off than that over the headland, too.
     pub fn at(&self, way_m: f64) -> Place {
         let (passes, row_m) = self.turns.unwrap_or((1, f64::INFINITY));
         // A start beyond the rows turns at once.
@@ -89,8 +90,8 @@ impl Course {
             let heading_rad = if backwards { PI } else { 0.0 };
             let alley = Alley { number, backwards };
             let (stands_by, _) = alley.row_beside(!self.looks_left);
-            // Straight on behind the last row it is on the headland, too.
-            let is_between_rows = into_m <= row_m + CLEAR_M;
+            // Straight on before the first row, and behind the last one, it is on the headland, too.
+            let is_between_rows = self.turns.is_none() || (-CLEAR_M..=row_m + CLEAR_M).contains(&into_m);
             let (alley, stands_by) = (Some(alley), Some(stands_by));
             let (alley, stands_by) = if is_between_rows { (alley, stands_by) } else { (None, None) };
             return Place { x_m: middle_m, y_m, heading_rad, alley, stands_by };
@@ -160,6 +161,8 @@ mod tests {
             let (left, far) = (course.at(end_m + 1.01 * CLEAR_M), course.at(end_m + 500.0));
             assert_eq!((left.alley, far.alley, left.stands_by), (None, None, None), "{alleys}");
             assert_eq!(left.x_m, far.x_m, "straight on");
+            let before = |m: f64| Course { start_m: -50.0, ..course }.at(50.0 - m).alley;
+            assert!(before(0.99 * CLEAR_M).is_some() && before(1.01 * CLEAR_M).is_none(), "{alleys}");
         }
         assert!(Course::default().at(1e6).alley.is_some());
     }
