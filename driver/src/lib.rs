@@ -72,6 +72,7 @@ mod error;
 #[path = "../tests/fake_device/mod.rs"]
 mod fake_device;
 mod feed;
+#[cfg(feature = "recordings")]
 mod later;
 mod left_out;
 #[cfg(any(feature = "tcp", feature = "serial"))]

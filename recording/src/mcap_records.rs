@@ -184,7 +184,7 @@ impl<R: Read> Records<R> {
                 self.open_chunk()?;
                 continue;
             }
-            if opcode == op::HEADER && !self.channels.is_empty() && self.section == Section::Data {
+            if opcode == op::HEADER && !self.channels.is_empty() && self.is_behind_magic() {
                 self.tear(
                     "the beginning of another file, which was joined to it: divide them there".to_owned(),
                 );
@@ -423,6 +423,12 @@ impl<R: Read> Records<R> {
             self.tear("no MCAP magic at the end of the file".to_owned());
         }
         Ok(())
+    }
+
+    /// Whether a file begins here: no damage makes its first bytes.
+    fn is_behind_magic(&self) -> bool {
+        let before = self.at.checked_sub(MAGIC.len()).and_then(|from| self.buffer.get(from..self.at));
+        self.section == Section::Data && before == Some(MAGIC)
     }
 
     /// Behind the end of the file: what stands there is none of it.

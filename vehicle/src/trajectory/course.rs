@@ -67,7 +67,7 @@ impl Course {
         PI * self.row_spacing_m / 2.0
     }
 
-    /// The place after `way_m` metres. Past the last alley's end it goes straight on, from [`CLEAR_M`] on over the headland; before the start, straight back, and
+    /// The place after `way_m` metres. Past the last alley's end it goes straight on, from 8 m on over the headland; before the start, straight back, and
     /// farther off than that over the headland, too.
     pub fn at(&self, way_m: f64) -> Place {
         let (passes, row_m) = self.turns.unwrap_or((1, f64::INFINITY));
