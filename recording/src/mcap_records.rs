@@ -315,6 +315,9 @@ impl<R: Read> Records<R> {
         if self.u64_at(from + HEAD + head - 8) > room {
             return beyond();
         }
+        if !self.ahead(from + HEAD + CHUNK_HEAD, name as usize).iter().all(u8::is_ascii_graphic) {
+            return Ok(Look::Bad("a compression whose name is no word".to_owned()));
+        }
         Ok(Look::Whole(HEAD + wanted))
     }
 
@@ -335,7 +338,15 @@ impl<R: Read> Records<R> {
     }
 
     /// True if whole records follow, one behind the other, from `from` bytes further on.
-    fn begins_chain(&mut self, mut from: usize) -> Result<bool, ReadError> {
+    fn begins_chain(&mut self, from: usize) -> Result<bool, ReadError> {
+        // Messages behind the record of their channel are described by it, as in a chunk whose head is damaged.
+        let mut described = Vec::new();
+        let begins = self.is_chain(from, &mut described);
+        self.channels.retain(|id| !described.contains(id));
+        begins
+    }
+
+    fn is_chain(&mut self, mut from: usize, described: &mut Vec<u16>) -> Result<bool, ReadError> {
         // Kinds that the format names; others are no sign of anything.
         let named = |opcode: Option<&u8>| matches!(opcode, Some(op::HEADER..=op::DATA_END));
         for whole in 0..CHAIN {
@@ -352,7 +363,12 @@ impl<R: Read> Records<R> {
                 Some(_) => {}
             }
             match self.look(from)? {
-                Look::Whole(size) => from += size,
+                Look::Whole(size) => {
+                    let id = self.ahead(from + HEAD, 2).first_chunk().map(|id| u16::from_le_bytes(*id));
+                    let id = id.filter(|_| self.ahead(from, 1) == [op::CHANNEL]);
+                    described.extend(id.filter(|id| self.channels.insert(*id)));
+                    from += size;
+                }
                 Look::End | Look::Cut => return Ok(whole > 1),
                 Look::Bad(_) => return Ok(false),
             }

@@ -110,7 +110,7 @@ class Mcap:
     is not 0, a message's channel stands before it, the data section ends with "Data End". Gaps in a stretch go by a message's `sequence`.
 
     The specification says nothing of what a reader does behind damage. One rule is therefore of this project (docs/bad-input.md) and written down here a second time:
-    a record is taken where a record follows it, and behind damage the file is read on from where three records follow each other, or two up to the file's end.
+    a record is taken where a record follows it, and behind damage the file is read on from where three records follow each other, or two up to the file's end, messages behind the record of their channel.
     `test_damage_costs_what_it_touches` judges without it. A chunk's head counts as a record, its records as records of the file: the test writes without compression."""
 
     MAGIC = b"\x89MCAP0\r\n"
@@ -178,15 +178,20 @@ class Mcap:
             fields.take(4)
 
     def found(self, begin, end):
-        """Where a chain of records begins, between two places."""
+        """Where a chain of records begins, between two places. Its messages may be of a channel that a record of the chain describes."""
+        known = set(self.channels)
         for at in range(begin, min(end, len(self.data))):
             here, whole = at, 0
+            self.channels = set(known)
             while whole < 3 and here < len(self.data) and 1 <= self.data[here] <= 15:
                 size = self.size(here)
                 if size is None or size == "end" or self.data[here] == 0x02:
                     whole = 3 if whole > 1 and size == "end" or whole and self.data[here] == 0x02 else -9
                     break
+                if self.data[here] == 0x04:
+                    self.channels.add(int.from_bytes(self.data[here + 9:here + 11], "little"))
                 here, whole = here + size, whole + 1
+            self.channels = known
             if whole == 3 or (whole == 2 and here >= len(self.data)):
                 return at
         return None

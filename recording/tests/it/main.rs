@@ -4,6 +4,7 @@
 
 mod about;
 mod behind;
+mod chunk_heads;
 mod crash;
 mod damage;
 #[cfg(feature = "files")]
