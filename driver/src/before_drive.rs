@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use rowscan_recording::{Drive, Recording};
+use rowscan_recording::{Drive, Format, Recording};
 
 /// Leaves them out.
 #[derive(Debug, Default)]
@@ -17,10 +17,12 @@ pub(crate) struct BeforeDrive {
 const LATE_NS: u64 = 500_000_000;
 
 impl BeforeDrive {
-    /// Of this file. A run says only at its end when its drive began, so such a file is read ahead; not what is no file, as a pipe, which is read only once.
-    pub(crate) fn of(path: &Path) -> Self {
+    /// Of this file of this format; only MCAP knows of a drive. A run says only at its end when its drive began, so such a file is read ahead; not what is no
+    /// file, as a pipe, which is read only once.
+    pub(crate) fn of(path: &Path, format: Format) -> Self {
+        let may_tell = format == Format::Mcap && path.is_file();
         // What is wrong with a file is told by who reads it.
-        let Some(mut recording) = path.is_file().then(|| Recording::open(path).ok()).flatten() else {
+        let Some(mut recording) = may_tell.then(|| Recording::open(path).ok()).flatten() else {
             return Self::default();
         };
         while matches!(recording.next_packet(), Ok(Some(_))) && recording.about().drive.is_some() {}

@@ -79,6 +79,7 @@ impl Recording {
             .map_err(|cause| DriverError::Recording { path: path.to_owned(), cause })?;
         let with_scans = if stream.is_none() { seen_ahead(path, &recording) } else { BTreeSet::new() };
         let preferred = with_scans.first().cloned();
+        let before_drive = BeforeDrive::of(path, recording.format());
         Ok(Self {
             path: path.to_owned(),
             recording,
@@ -97,7 +98,7 @@ impl Recording {
             read_before: VecDeque::new(),
             current: 0,
             at_ns: None,
-            before_drive: BeforeDrive::of(path),
+            before_drive,
             max_payload,
             bytes: 0,
             ended: false,

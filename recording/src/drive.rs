@@ -1,7 +1,6 @@
 //! When the drive of a recorded run began: what its scanners saw before, they saw of a tractor that stood.
 
 use std::fmt;
-use std::str::FromStr;
 
 /// The drive of a run whose tractor waits for its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,17 +20,12 @@ impl fmt::Display for Drive {
     }
 }
 
-/// The text is neither `awaited` nor a log time in nanoseconds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NoDrive;
-
-impl FromStr for Drive {
-    type Err = NoDrive;
-
-    fn from_str(text: &str) -> Result<Self, NoDrive> {
+impl Drive {
+    /// From what [`Display`](fmt::Display) writes; `None` of anything else.
+    pub(crate) fn from_text(text: &str) -> Option<Self> {
         match text {
-            "awaited" => Ok(Self::Awaited),
-            at_ns => at_ns.parse().map(Self::Began).map_err(|_| NoDrive),
+            "awaited" => Some(Self::Awaited),
+            at_ns => at_ns.parse().ok().map(Self::Began),
         }
     }
 }

@@ -91,7 +91,7 @@ pub use describer::Describer;
 #[cfg(feature = "files")]
 pub use device_settings::{DATAGRAMS, DeviceSettings, device_of};
 #[cfg(feature = "files")]
-pub use drive::{Drive, NoDrive};
+pub use drive::Drive;
 #[cfg(feature = "files")]
 pub use error::RecordError;
 #[cfg(feature = "files")]

@@ -184,7 +184,7 @@ impl About {
             scene: text("scene"),
             rig: text("rig"),
             seed: text("seed").and_then(|seed| seed.parse().ok()),
-            drive: text("drive").and_then(|drive| drive.parse().ok()),
+            drive: entries.get("drive").and_then(|drive| Drive::from_text(drive)),
             by_device_clock: text("clock").as_deref() == Some(DEVICE),
             source: text("source"),
             program: text("program"),

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use rowscan_driver::Source;
 use rowscan_recording::{ReadError, Recording, Side};
 
 use super::{Failure, Format, Outcome, grid, output};
@@ -47,11 +48,12 @@ pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
     let most_bytes = if fields { MOST_BYTES / 4 } else { MOST_BYTES };
     let read = open(&args.file).map_err(InputError::from).and_then(|found| Input::read(found, most_bytes));
     let input = read.map_err(|error| match error {
-        InputError::Read(ReadError::Io(cause)) => match names_stream(&args.file) {
-            Some((file, stream)) => refused(format!(
-                "expected a file, found the stream `{stream}` of {file}; decode shows all streams: write that one with `rowscan record {name} -o NEW.mcap` first"
+        InputError::Read(ReadError::Io(cause)) => match name.parse() {
+            Ok(Source::Recording { path, stream: Some(stream) }) if path.is_file() => refused(format!(
+                "expected a file, found the stream `{stream}` of {}; decode shows all streams: write that one with `rowscan record {name} -o NEW.mcap` first",
+                path.display()
             )),
-            None => Failure::Read { what: name.clone(), cause },
+            _ => Failure::Read { what: name.clone(), cause },
         },
         other => refused(other.to_string()),
     })?;
@@ -79,11 +81,6 @@ pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
         output::say(format_args!("{} connections without telegrams left out", transcript.other_connections));
     }
     Ok(if bad > 0 { Outcome::Finding } else { Outcome::Done })
-}
-
-/// The file and the stream of `FILE#STREAM`, where there is such a file.
-fn names_stream(path: &Path) -> Option<(&str, &str)> {
-    path.to_str()?.rsplit_once('#').filter(|(file, _)| Path::new(file).is_file())
 }
 
 fn open(path: &Path) -> Result<Recording, ReadError> {

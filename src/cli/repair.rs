@@ -76,35 +76,33 @@ fn in_place(file: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
         )));
     }
     let mut out = BufWriter::new(OutputFile::create_anew(file).map_err(|cause| unwritable(file, cause))?);
-    let (repaired, is_torn) = rewrite(file, file, &mut out, decoded)?;
-    if !is_torn {
+    let repaired = rewrite(file, file, &mut out, decoded)?;
+    if repaired.torn.is_none() {
         say(format_args!("{} is whole: nothing to repair", file.display()));
         return Ok(Outcome::Done);
     }
     keep_original(file, &original).map_err(|cause| unwritable(&original, cause))?;
     commit(out, file)?;
-    tell_repaired(file, &repaired);
+    let outcome = tell_repaired(file, &repaired);
     say(format_args!("the file as it was is {}", original.display()));
-    Ok(if repaired.torn.as_ref().is_some_and(Torn::is_behind) { Outcome::Finding } else { Outcome::Done })
+    Ok(outcome)
 }
 
 fn mend_to(file: &Path, output: &Path, decoded: DecodedArgs) -> Result<Outcome, Failure> {
     refuse_to_overwrite(output)?;
     let mut out = BufWriter::new(OutputFile::create(output).map_err(|cause| unwritable(output, cause))?);
-    let (repaired, _) = rewrite(file, output, &mut out, decoded)?;
+    let repaired = rewrite(file, output, &mut out, decoded)?;
     commit(out, output)?;
-    tell_repaired(output, &repaired);
-    // What stands behind a whole file is not mended by leaving it out.
-    Ok(if repaired.torn.as_ref().is_some_and(Torn::is_behind) { Outcome::Finding } else { Outcome::Done })
+    Ok(tell_repaired(output, &repaired))
 }
 
-/// Writes all that can be read of an MCAP file; true if something is missing.
+/// Writes all that can be read of an MCAP file.
 fn rewrite(
     file: &Path,
     output: &Path,
     out: &mut BufWriter<OutputFile>,
     decoded: DecodedArgs,
-) -> Result<(Repaired, bool), Failure> {
+) -> Result<Repaired, Failure> {
     if decoded.is_set() {
         return Err(Failure::Usage(format!(
             "a repaired MCAP file keeps the channels it has: leave out --decoded, or convert it with `rowscan record {} -o NEW.mcap`",
@@ -118,16 +116,17 @@ fn rewrite(
     if repaired.messages == 0 {
         return Err(nothing_in(file));
     }
-    let is_torn = repaired.torn.is_some();
     if let Some(torn) = &repaired.torn {
         say(format_args!("{}: {torn}", file.display()));
     }
-    Ok((repaired, is_torn))
+    Ok(repaired)
 }
 
-/// Packets, and what was decoded beside them: a repaired file keeps every channel.
-fn tell_repaired(file: &Path, Repaired { messages, bytes, .. }: &Repaired) {
+/// Says what was written: packets, and what was decoded beside them, for a repaired file keeps every channel. What stands behind a whole file is not mended by leaving
+/// it out.
+fn tell_repaired(file: &Path, Repaired { messages, bytes, torn, .. }: &Repaired) -> Outcome {
     say(format_args!("{}: {messages} messages of all channels, {bytes} bytes written", name_of(file)));
+    if torn.as_ref().is_some_and(Torn::is_behind) { Outcome::Finding } else { Outcome::Done }
 }
 
 /// `FILE.orig`

@@ -320,13 +320,12 @@ impl Recording {
         self.format
     }
 
-    /// What it is of, as far as the file says and was read.
     /// When a packet of it came by the host's clock, nanoseconds; none where only the scanner's is known.
     pub fn host_ns(&self, packet: &Packet) -> Option<u64> {
         packet.at_ns.filter(|_| !self.about().by_device_clock)
     }
 
-    /// What it says of itself.
+    /// What it is of, as far as the file says and was read.
     pub fn about(&self) -> &About {
         match &self.packets {
             Packets::Mcap(reader) => &reader.about,
