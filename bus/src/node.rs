@@ -42,6 +42,8 @@ pub struct Node {
     address: AddressState,
     /// Addresses of others, by their claims.
     taken: [bool; 256],
+    /// The best NAME that claimed the preferred address before this one did.
+    earlier: Option<Name>,
     periodic: Vec<Periodic>,
     on_request: &'static [&'static Message],
     /// Sent once when the address is ours.
@@ -75,6 +77,7 @@ impl Node {
             preferred,
             address: AddressState::Off,
             taken: [false; 256],
+            earlier: None,
             periodic: periodic.collect(),
             on_request: messages,
             at_start,
@@ -91,7 +94,13 @@ impl Node {
     /// A bus opens at `at`: the address is claimed. With a bus already open, whoever is new there hears the claim.
     pub fn open(&mut self, at: SimTime, out: &mut Vec<CanFrame>) {
         match self.address {
-            AddressState::Off => self.claim(self.preferred, at, out),
+            AddressState::Off => {
+                self.claim(self.preferred, at, out);
+                // Who claimed it before has heard no other claim, and need not repeat its own.
+                if let Some(name) = self.earlier.take().filter(|name| *name < self.name) {
+                    self.rival(self.preferred, name, at, out);
+                }
+            }
             _ => self.tell_claim(out),
         }
     }
@@ -196,6 +205,10 @@ impl Node {
         }
         let ours = match self.address {
             AddressState::Claiming(ours, _) | AddressState::Claimed(ours) => ours,
+            AddressState::Off if address == self.preferred => {
+                self.earlier = Some(self.earlier.map_or(name, |earlier| earlier.min(name)));
+                return;
+            }
             AddressState::Off | AddressState::Lost(_) => return,
         };
         if ours != address {
@@ -334,6 +347,24 @@ mod tests {
         assert_eq!((out.len(), node.next()), (0, Some(SimTime(300 * MS))));
         node.poll(SimTime(300 * MS), &mut blank, &mut out);
         assert_eq!((out.len(), node.next()), (2, Some(SimTime(400 * MS))));
+    }
+
+    /// Who was on the bus before has heard no other claim, and repeats its own to nobody.
+    #[test]
+    fn a_claim_that_was_there_before_counts() {
+        for (earlier, keeps) in [(Name(u64::MAX), true), (Name(1), false)] {
+            let (mut node, mut out) = (node(Name::tractor()), Vec::new());
+            node.handle(SimTime::ZERO, &claim_of(earlier, 0xF0), &mut blank, &mut out);
+            node.handle(SimTime::ZERO, &claim_of(Name(0), 0x27), &mut blank, &mut out);
+            assert_eq!(out, [], "it is not on the bus yet");
+            node.open_settled(SimTime(20 * MS), &mut out);
+            let last = claim_of(Name::tractor(), if keeps { 0xF0 } else { NO_ADDRESS });
+            assert_eq!(out.last(), Some(&last), "{earlier:?}");
+            out.clear();
+            node.poll(SimTime(1000 * MS), &mut blank, &mut out);
+            node.poll(SimTime(1100 * MS), &mut blank, &mut out);
+            assert_eq!(!out.is_empty(), keeps, "{earlier:?}");
+        }
     }
 
     #[test]

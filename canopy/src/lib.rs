@@ -44,6 +44,7 @@ mod across;
 mod advance;
 mod answers;
 mod beam_line;
+mod beam_witness;
 mod beside;
 mod by_height;
 mod by_range;

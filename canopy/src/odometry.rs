@@ -76,9 +76,9 @@ pub(crate) struct Odometry {
 /// The way between the latest lines. From one line to the next an encoder counts so few ticks that a speed by them is off by a tenth.
 #[derive(Clone, Copy, Debug, Default)]
 struct RecentWay {
-    /// Seconds and metres from line to line, the next one in the place of the oldest.
+    /// Seconds and metres from line to line; a new one takes the place of the oldest.
     steps: [(f64, f64); LINES],
-    next: usize,
+    latest: usize,
 }
 
 /// Lines that are kept: those of [`SPEED_S`] at 100 Hz.
@@ -88,8 +88,8 @@ const SPEED_S: f64 = 0.2;
 
 impl RecentWay {
     fn push(&mut self, passed_s: f64, way_m: f64) {
-        self.next = (self.next + 1) % LINES;
-        if let Some(step) = self.steps.get_mut(self.next) {
+        self.latest = (self.latest + 1) % LINES;
+        if let Some(step) = self.steps.get_mut(self.latest) {
             *step = (passed_s, way_m);
         }
     }
@@ -97,7 +97,7 @@ impl RecentWay {
     /// The mean speed over the latest lines; `None` where no time has passed.
     fn speed_m_s(&self) -> Option<f64> {
         let (mut passed_s, mut way_m) = (0.0, 0.0);
-        let (newer, older) = self.steps.split_at((self.next + 1).min(LINES));
+        let (newer, older) = self.steps.split_at((self.latest + 1).min(LINES));
         for (step_s, step_m) in newer.iter().rev().chain(older.iter().rev()) {
             if passed_s + step_s > SPEED_S && passed_s > 0.0 {
                 break;

@@ -3,6 +3,7 @@
 mod warned;
 
 use crate::across::{Faces, Growth};
+use crate::beam_witness::OtherBeams;
 use crate::by_height::{self, ByHeight};
 use crate::calibration::{Calibration, Optics};
 use crate::class::{Compared, Holds, Look, RowClass, ScanGeometry, Standing};
@@ -464,6 +465,10 @@ fn row(
         }
         Err(Withheld::EchoUnknown) => estimate.warnings.push(Warning::EchoUnknown),
         Err(Withheld::OpticsUnknown) => estimate.warnings.push(Warning::OpticsUnknown),
+        Err(Withheld::OtherBeams) => {
+            let warning = |OtherBeams { found, exact, alone }| Warning::OtherBeams { found, exact, alone };
+            estimate.warnings.extend(pass.other_beams().map(warning));
+        }
         _ => {}
     }
 }

@@ -7,6 +7,7 @@ use rowscan_protocol::rig::{EchoChoice, Mount, Rig};
 
 use crate::advance::{Advance, Step, Weighted};
 use crate::beam_line::KeptBeams;
+use crate::beam_witness::{BeamWitness, OtherBeams};
 use crate::beside::Beside;
 use crate::deskew::Deskew;
 use crate::encoder_witness::EncoderWitness;
@@ -40,6 +41,8 @@ pub(crate) struct RowPass {
     pub(crate) witness: EncoderWitness,
     /// What a speed that was measured beside it says of its way.
     pub(crate) beside: Beside,
+    /// What its scans say of the beams' width.
+    beams: BeamWitness,
     /// Turns from one line of the layer that is used to the next.
     pub(crate) turns_a_line: f64,
     pub(crate) row: Row,
@@ -78,6 +81,7 @@ impl RowPass {
             odometry: Odometry::default(),
             witness: EncoderWitness::new(tick_m, rig.speed_m_s),
             beside: Beside::default(),
+            beams: BeamWitness::of(&mount.model),
             turns_a_line,
             row: Row::new(rig, mount, parameters)?,
             open: OpenLine::default(),
@@ -117,6 +121,11 @@ impl RowPass {
         self.beside.doubt(self.odometry.source()?)
     }
 
+    /// The beams that the scans are of, where the rig says others.
+    pub(crate) fn other_beams(&self) -> Option<OtherBeams> {
+        self.beams.against(self.rig.optics)
+    }
+
     /// Y of the mirror at the latest line that stands for some of the row, metres: where the plane leans, the row's latest lines lie elsewhere.
     pub(crate) fn mirror_y_m(&self) -> f64 {
         self.mirror_y_m
@@ -138,6 +147,7 @@ impl RowPass {
         range_m: &[f64],
         remission: &[u16],
     ) {
+        self.beams.add(grid, range_m);
         let Step::Opened(closed) = self.advance.next(y_m, link, nominal_step_m) else { return };
         self.add_open_line(closed);
         self.open.grid = grid;

@@ -24,6 +24,15 @@ pub enum Warning {
     NoFarRowGate,
     /// The rig does not say how wide the scanner's beams are: leaf areas are withheld.
     OpticsUnknown,
+    /// The scans are of other beams than the rig says: leaf areas are withheld.
+    OtherBeams {
+        /// What they look like.
+        found: BeamWidth,
+        /// Share of three neighbouring ranges on one surface that lie on a line.
+        exact: f64,
+        /// Share of edges whose return stands alone.
+        alone: f64,
+    },
     /// The calibration was fitted on ideal rays, and these are the beams of a device: contact is corrected for the spot, I_T is not.
     CalibratedOnRays,
     /// The beams have a width, and nobody knows which echo the scans hold: leaf areas are withheld.
@@ -485,6 +494,7 @@ impl Warning {
             Self::NoWitness => "no_witness",
             Self::CardTooShort => "card_too_short",
             Self::CardLaw { .. } => "card_law",
+            Self::OtherBeams { .. } => "other_beams",
             Self::CalibratedOnRays => "calibrated_on_rays",
             Self::EchoUnknown => "echo_unknown",
             Self::RemissionAssumed => "remission_assumed",

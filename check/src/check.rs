@@ -7,6 +7,7 @@ use std::sync::Arc;
 use tokio::sync::watch;
 
 use crate::course;
+use crate::ending;
 use crate::fault::ScenarioFault;
 use crate::judge::{self, Runs};
 use crate::judged::{self, Judged};
@@ -223,6 +224,7 @@ fn facts_of(scenario: &Scenario, run: &RunRecord) -> Vec<(String, String)> {
         facts.push(("fault_events_lost".to_owned(), run.fault_events_lost.to_string()));
     }
     facts.extend(run.warnings.iter().map(|what| (WARNING.to_owned(), what.clone())));
+    facts.extend(ending::driven_on(scenario, run).map(|what| (WARNING.to_owned(), what)));
     facts.extend(run.early(scenario).map(|early| (ENDED_EARLY.to_owned(), early)));
     facts.extend(run.jitter.map(|jitter| (JITTER.to_owned(), jitter.to_string())));
     let sprayed = run.sprayer.iter().flatten().map(SprayerRun::words);

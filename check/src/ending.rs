@@ -32,15 +32,29 @@ impl fmt::Display for Crash<'_> {
 
 /// The first crash of a run.
 pub(crate) fn crash<'a>(scenario: &'a Scenario, run: &'a RunRecord) -> Option<Crash<'a>> {
-    let crashed = |spec: &'a RunSpec| {
-        let exit = exit_before_end(run, &spec.id)?;
-        let child = run.children.get(&spec.id)?;
-        let code = child.exit_code.filter(|code| *code != 0)?;
-        let is_expected = expected_codes(scenario, &spec.id).any(|wanted| wanted == f64::from(code));
-        (!is_expected).then(|| Crash { child: &spec.id, code, at: exit.at(), last: last_line(&child.tail) })
-    };
     let may_crash = scenario.runs.iter().filter(|spec| spec.on_exit == OnExit::End);
-    may_crash.filter_map(crashed).min_by_key(|crash| crash.at)
+    may_crash.filter_map(|spec| crashed(scenario, run, spec)).min_by_key(|crash| crash.at)
+}
+
+/// How a child ended, if that was an error that nobody expects.
+fn crashed<'a>(scenario: &'a Scenario, run: &'a RunRecord, spec: &'a RunSpec) -> Option<Crash<'a>> {
+    let exit = exit_before_end(run, &spec.id)?;
+    let child = run.children.get(&spec.id)?;
+    let code = child.exit_code.filter(|code| *code != 0)?;
+    let is_expected = expected_codes(scenario, &spec.id).any(|wanted| wanted == f64::from(code));
+    (!is_expected).then(|| Crash { child: &spec.id, code, at: exit.at(), last: last_line(&child.tail) })
+}
+
+/// The children that ended with an error, and without which their runs drove on, in words.
+pub(crate) fn driven_on<'a>(
+    scenario: &'a Scenario,
+    run: &'a RunRecord,
+) -> impl Iterator<Item = String> + use<'a> {
+    let drives_on = scenario.runs.iter().filter(|spec| spec.on_exit == OnExit::DriveOn);
+    drives_on.filter_map(|spec| {
+        let crash = crashed(scenario, run, spec)?;
+        Some(format!("{crash}; the run drove on without it (`on_exit`), and is judged"))
+    })
 }
 
 /// The last line that says something, as far as a message shows it.

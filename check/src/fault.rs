@@ -96,6 +96,11 @@ impl ScenarioFault {
         }
     }
 
+    /// True if an event ends it.
+    pub(crate) fn has_until(&self) -> bool {
+        matches!(self, Self::Rig(spec) if spec.until.is_some())
+    }
+
     /// True if it may never begin though its time comes.
     pub(crate) fn is_by_chance(&self) -> bool {
         matches!(self, Self::Rig(spec) if spec.p.is_some_and(|p| p < 1.0))

@@ -154,6 +154,11 @@ fn form(form: Form) -> Value {
     let whole = |low: i64, high: i64| json!({ "type": "integer", "minimum": low, "maximum": high });
     match form {
         Form::Number(low, high) => number(low, high),
+        Form::Strength(low, high) => {
+            let mut strength = number(low, high);
+            strength["not"] = json!({ "const": 0 });
+            strength
+        }
         Form::Whole(low, high) => whole(low, high),
         Form::Wholes(low, high) => {
             json!({ "anyOf": [whole(low, high), { "type": "array", "items": whole(low, high) }] })

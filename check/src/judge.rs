@@ -12,7 +12,7 @@ use crate::runner::RunRecord;
 use crate::scenario::{Expect, Scenario};
 use crate::what::{Count, Kind, Measure};
 use crate::witness::Stream;
-use crate::{process_value, signal, sprayer};
+use crate::{process_value, signal, sprayer, truth};
 
 /// Longest file of a run that is compared.
 const MOST_BYTES: u64 = 512 * 1024 * 1024;
@@ -209,6 +209,11 @@ fn measure_of(measure: Measure, (id, stream): (&str, &Stream), run: &RunRecord) 
     }
 }
 
+/// As [`truth::other_way`].
+fn other_way(stream: &Stream) -> Option<(f64, f64)> {
+    truth::other_way(stream.estimate.as_ref()?, &stream.passed)
+}
+
 fn measured(
     scenario: &Scenario,
     expect: &Expect,
@@ -231,6 +236,15 @@ fn measured(
         format!("{name} of {id}: unknown after {scans} scans; {}", why.join("; "))
     };
     let found = measure_of(measure, (id, stream), run).ok_or_else(unknown)?;
+    let tried = without.into_iter().chain([run]).filter_map(|run| run.streams.get(id));
+    if measure == Measure::ImpactedTotalArea
+        && let Some((estimate_m, way_m)) = tried.filter_map(other_way).next()
+    {
+        return Err(format!(
+            "{name} of {id}: unknown: its scans have no reading of an encoder, so the estimate went {estimate_m:.2} m by the rig's constant speed, and the tractor {way_m:.2} m; \
+             have the client switch the encoder on, or take the fault that changes the speed out"
+        ));
+    }
     let found_text = if without.is_some() { found.to_string() } else { format!("{found:.6}") };
     let message = format!("{name} of {id}: expected {}, found {found_text}", bounds.words());
     Ok(Judged::holds(bounds.hold(found), message))

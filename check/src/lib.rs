@@ -33,6 +33,7 @@ pub mod scenario;
 mod sentences;
 mod signal;
 mod sprayer;
+mod standing;
 mod takers;
 mod task_controller;
 mod truth;

@@ -29,6 +29,7 @@ use crate::pause::{self, Timing};
 use crate::rig::{self, Failure, ScenarioRig};
 use crate::scenario::{DeviceSpec, Mode, OnExit, Ready, RunSpec, Scenario, Time};
 use crate::sprayer::{SprayerRun, reserved, untold};
+use crate::standing::Standing;
 use crate::takers;
 use crate::truth;
 use crate::unread;
@@ -398,6 +399,7 @@ async fn accompany(
     around.hold.release();
     let (mut last, mut since) = (journal.now(), Stopwatch::start());
     let drives_on = scenario.runs.iter().any(|run| run.on_exit == OnExit::DriveOn);
+    let mut standing = Standing::new(scenario);
     loop {
         let all_left = async {
             for child in children.iter() {
@@ -418,6 +420,9 @@ async fn accompany(
         }
         if journal.now() != last {
             (last, since) = (journal.now(), Stopwatch::start());
+        }
+        if journal.began().is_some() {
+            standing.look(journal.row_m(last), last)?;
         }
         // A step that is not acknowledged ends the run by itself; this is time that no one asks for.
         let limit = 2 * scenario.clock.deadline;

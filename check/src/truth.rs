@@ -1,6 +1,6 @@
 //! What is really there, as far as verdicts need it.
 
-use rowscan_canopy::Estimate;
+use rowscan_canopy::{AdvanceSource, Estimate};
 use rowscan_emulator::stage::Stage;
 
 /// Relative difference of two ways that is not counted, because scans are delivered a little after they were made. It is taken off larger differences, too, so
@@ -36,6 +36,17 @@ impl Reach {
         };
         Self { estimate_m: reach(|at| at.y_m), way_m: reach(|at| at.way_m) }
     }
+}
+
+/// Where an estimate went by the rig's constant speed and the tractor did not: the way by the one and by the other, metres. What such an estimate says of areas is
+/// of another way than the one that was driven.
+pub(crate) fn other_way(estimate: &Estimate, passed: &[Passed]) -> Option<(f64, f64)> {
+    if estimate.advance_source != Some(AdvanceSource::Constant) {
+        return None;
+    }
+    let Reach { estimate_m, way_m } = Reach::of(passed.iter());
+    let apart_m = (estimate_m - way_m).abs();
+    (apart_m > LEAST_WAY_M && apart_m > SAME_WAY * way_m).then_some((estimate_m, way_m))
 }
 
 /// The trees of a row.

@@ -19,9 +19,33 @@ impl What {
         matches!(self.kind, Kind::Count(_))
     }
 
-    /// True if it is a share of a whole: never below 0 or above 1. The load of a bus is none: frames may ask for more than a bus has.
-    pub fn is_share(&self) -> bool {
-        matches!(self.kind, Kind::Sprayer(Sprayed::Recall | Sprayed::Waste | Sprayed::OffTarget))
+    /// The least and the largest value that it can have; none where it may be any number.
+    pub fn reach(&self) -> Option<(f64, f64)> {
+        match self.kind {
+            // A share of a whole.
+            Kind::Sprayer(Sprayed::Recall | Sprayed::Waste | Sprayed::OffTarget) => Some((0.0, 1.0)),
+            // What a process may return, or 128 and a signal's number.
+            Kind::ExitCode => Some((0.0, 255.0)),
+            // The load of a bus is no share: frames may ask for more than a bus has.
+            Kind::Count(_)
+            | Kind::Unheard
+            | Kind::FaultActs
+            | Kind::BusLoad
+            | Kind::Measure(Measure::ImpactedTotalArea)
+            | Kind::Sprayer(Sprayed::Edges | Sprayed::TimeToSafe | Sprayed::Forbidden) => {
+                Some((0.0, f64::INFINITY))
+            }
+            Kind::NextScan
+            | Kind::Measure(Measure::LeafAreaError)
+            | Kind::Signal
+            | Kind::Log
+            | Kind::BytesOf
+            | Kind::SameBytes
+            | Kind::ProcessValue
+            | Kind::Sprayer(
+                Sprayed::LatencyError | Sprayed::SavedLitres | Sprayed::Valves | Sprayed::RateError,
+            ) => None,
+        }
     }
 }
 
@@ -217,7 +241,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "bus_load",
         keys: &["of", "above", "below", "between"],
-        tells: "the largest share of a CAN bus at 250 kbit/s that its frames take in any second, with all stuff bits that can be, 0 to 1",
+        tells: "the largest share of a CAN bus at 250 kbit/s that its frames take in any second, with all stuff bits that can be; more than 1 where frames ask for more than a bus has",
         kind: Kind::BusLoad,
     },
     What {

@@ -75,7 +75,7 @@ impl Entry {
     fn of(parameter: &Parameter) -> Self {
         let Parameter { key, form, default, about } = *parameter;
         let input = match form {
-            Form::Number(low, high) => Input::Number { low, high },
+            Form::Number(low, high) | Form::Strength(low, high) => Input::Number { low, high },
             Form::Whole(low, high) => Input::Integer { low, high },
             Form::Word(words) => Input::Choice { words },
             Form::Flag => Input::Flag,

@@ -68,6 +68,9 @@ const DEFAULT_RATE: Rate = Rate::R38400;
 
 /// What stands before `?baud=N`, and N.
 fn with_rate(text: &str) -> Result<(&str, Rate), String> {
+    if let Some((place, rate)) = text.rsplit_once('@').filter(|(_, rate)| rate.parse::<u32>().is_ok()) {
+        return Err(format!("a scanner's rate stands behind ?baud=: write {place}?baud={rate}"));
+    }
     let Some((text, query)) = text.split_once('?') else { return Ok((text, DEFAULT_RATE)) };
     let rate = query.strip_prefix("baud=").and_then(|rate| rate.parse().ok()).and_then(Rate::of);
     let refuse = || format!("`?{query}` is not ?baud= with 9600, 19200, 38400 or 500000");
@@ -262,6 +265,7 @@ mod tests {
             ("tcp://h:99999", "`99999` is not a port"),
             ("serial:", "port is missing"),
             ("serial:/dev/ttyUSB0?baud=115200", "`?baud=115200` is not"),
+            ("serial:/dev/ttyUSB0@38400", "write /dev/ttyUSB0?baud=38400"),
             ("rfc2217://h?rate=9600", "`?rate=9600` is not"),
             ("rfc2217://", "host is missing"),
             ("picoscan://", "host is missing"),

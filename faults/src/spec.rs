@@ -98,7 +98,7 @@ impl FaultSpec {
             lasts: given("for").map(Lasts::read).transpose()?,
             until: given("until").map(At::read).transpose()?,
             every: given("every").map(Lasts::read).transpose()?,
-            p: given("p").map(|found| read_number(found, 0.0, 1.0)).transpose()?,
+            p: given("p").map(probability).transpose()?,
             count: count.map(i64::unsigned_abs),
             parameters: table.clone(),
         };
@@ -167,6 +167,17 @@ fn find(found: &Located) -> Result<&'static Fault, TomlError> {
             None => format!("unknown fault `{name}`{}", suggestion(name, &names)),
         },
     })
+}
+
+/// More than 0: else nothing would happen.
+fn probability(found: &Located) -> Result<f64, TomlError> {
+    match read_number(found, 0.0, 1.0)? {
+        p if p > 0.0 => Ok(p),
+        p => Err(TomlError {
+            line: found.line,
+            message: format!("expected a probability of more than 0, found {p}: nothing would happen"),
+        }),
+    }
 }
 
 fn directions(found: &Located) -> Result<Vec<Direction>, TomlError> {

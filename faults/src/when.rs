@@ -141,7 +141,13 @@ impl Lasts {
             return Err(TomlError { line, message: "expected one of `s`, `scans`".to_owned() });
         };
         match key.as_str() {
-            "s" => seconds(value).map(Self::Time),
+            "s" => match seconds(value)? {
+                Duration::ZERO => Err(TomlError {
+                    line: value.line,
+                    message: "expected more than 0 s: nothing would happen".to_owned(),
+                }),
+                time => Ok(Self::Time(time)),
+            },
             "scans" => positive(value).map(Self::Scans),
             key => Err(unknown(value.line, key, LASTS_KEYS)),
         }

@@ -43,6 +43,8 @@ enum Family {
     Cola,
     /// With Compact output.
     Compact,
+    /// Those that say in each telegram of values what was taken from it: nothing to ask for, or to put right.
+    Lms2xx,
 }
 
 /// The value that takes nothing.
@@ -58,11 +60,18 @@ enum Neutral {
     Glitches,
     /// Scans are made.
     Ranging,
+    /// It is asked for anew with each start.
+    Asked,
 }
 
 const fn row(name: &'static str, of: Family, neutral: Neutral, found: &'static str) -> Leftover {
     Leftover { name, found, of, neutral }
 }
+
+/// An LMS2xx's mean of several scans.
+pub(crate) const LMS2XX_MEAN: &str = "mean";
+/// A part of an LMS2xx's scan.
+pub(crate) const LMS2XX_PART: &str = "part";
 
 /// One row a setting.
 #[rustfmt::skip]
@@ -79,6 +88,8 @@ pub static LEFTOVERS: &[Leftover] = &[
     row("LFPradialDistanceRangeFilter", Family::Compact, Neutral::Off, "its filter of ranges (LFPradialDistanceRangeFilter) was on, and echoes outside looked like misses"),
     row("LFPcubicareafilter", Family::Compact, Neutral::Off, "its filter of a box (LFPcubicareafilter) was on, and echoes outside looked like misses"),
     row("LFPintervalFilter", Family::Compact, Neutral::Off, "its filter of turns (LFPintervalFilter) was on, and most turns were not sent"),
+    row(LMS2XX_MEAN, Family::Lms2xx, Neutral::Asked, "its scans were means of several, as they were asked for (20 26, 20 28)"),
+    row(LMS2XX_PART, Family::Lms2xx, Neutral::Asked, "it sent a part of each scan, as it was asked for (20 27, 20 28, 20 36), and nothing is known of the rest"),
 ];
 
 impl LeftoverSet {
@@ -118,6 +129,7 @@ impl Leftover {
         match self.of {
             Family::Cola => compact != Some(true),
             Family::Compact => compact != Some(false),
+            Family::Lms2xx => false,
         }
     }
 
@@ -133,6 +145,7 @@ impl Leftover {
     ) -> Result<Option<Vec<u8>>, WireError> {
         let dialect = found.dialect;
         match self.neutral {
+            Neutral::Asked => Ok(None),
             Neutral::Off => self.switched_off(found),
             Neutral::Field => {
                 let Some(model) = model else { return Ok(None) };

@@ -98,6 +98,12 @@ pub enum ScanFault {
     /// All beams would point the same way.
     #[error("its angular step is 0")]
     AngularStep,
+    /// It is a part of a scan of an unknown angle and resolution.
+    #[error(
+        "it is a part of a scan, and no reply tells the scan's angle and resolution (3B, or 31 to the status), so nobody knows where its beams point: record from \
+         before the request for it (20 27, 20 28, 20 36), with a request for the status, or ask for whole scans (20 24)"
+    )]
+    PartOfUnknownScan,
     /// It has no beams.
     #[error("it has no beams")]
     NoBeams,
@@ -145,6 +151,7 @@ impl ScanFault {
             Self::ScaleOffset { .. } => "scale_offset",
             Self::AngularStep => "angular_step",
             Self::NoBeams => "no_beams",
+            Self::PartOfUnknownScan => "part_of_unknown_scan",
             Self::Field { .. } => "field",
             Self::Contradicted { .. } => "contradicted",
         }

@@ -103,7 +103,13 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
         return Ok(Outcome::Done);
     }
     // The same scene warns with every seed.
-    tried.iter().flat_map(Tried::warnings).collect::<BTreeSet<_>>().into_iter().for_each(say);
+    let is_alone = tried.windows(2).all(|pair| pair[0].scenario == pair[1].scenario);
+    let named = |of: &Tried, warning: &str| match is_alone {
+        true => warning.to_owned(),
+        false => format!("{}: {warning}", of.name),
+    };
+    let warnings = tried.iter().flat_map(|of| of.warnings().map(|warning| named(of, warning)));
+    warnings.collect::<BTreeSet<_>>().into_iter().for_each(say);
     let cases = tried.iter().flat_map(|tried| &tried.cases);
     let count = |verdict| cases.clone().filter(|case| case.verdict == verdict).count();
     let (passed, failed) = (count(Verdict::Passed), count(Verdict::Failed));

@@ -65,11 +65,19 @@ impl RecordedSpeed {
         Ok(Self { told })
     }
 
-    /// The speed at this time since the recording's beginning, m/s; `None` while it is lost.
+    /// The speed at this time since the recording's beginning, m/s; `None` while it is lost. The first one is told at the end of its period: that long before it
+    /// holds, too.
     pub(super) fn at(&self, time: Duration) -> Option<f64> {
         let before = self.told.partition_point(|(at, _)| *at <= time);
-        let (at, speed) = self.told.get(before.checked_sub(1)?)?;
+        let Some(latest) = before.checked_sub(1) else { return self.before_the_first(time) };
+        let (at, speed) = self.told.get(latest)?;
         speed.filter(|_| time.saturating_sub(*at) <= STALE)
+    }
+
+    fn before_the_first(&self, time: Duration) -> Option<f64> {
+        let [(first, speed), (second, _), ..] = *self.told else { return None };
+        let period = second.saturating_sub(first).min(STALE);
+        speed.filter(|_| first.saturating_sub(time) <= period)
     }
 
     /// The same by the one told before and the one told behind: nothing is late where all is known.
@@ -116,10 +124,14 @@ mod tests {
         let s = Duration::from_secs;
         let speed = RecordedSpeed { told: vec![(s(1), Some(1.5)), (s(2), None), (s(3), Some(-0.5))] };
         for (at, expected) in
-            [(0, None), (1, Some(1.5)), (2, None), (3, Some(-0.5)), (5, Some(-0.5)), (6, None)]
+            [(0, Some(1.5)), (1, Some(1.5)), (2, None), (3, Some(-0.5)), (5, Some(-0.5)), (6, None)]
         {
             assert_eq!(speed.at(s(at)), expected, "at {at} s");
         }
+        let late = RecordedSpeed { told: vec![(s(5), Some(1.0)), (s(6), Some(1.0))] };
+        assert_eq!([3, 4, 5].map(|at| late.at(s(at))), [None, Some(1.0), Some(1.0)]);
+        let lost = RecordedSpeed { told: vec![(s(1), None), (s(2), Some(1.0))] };
+        assert_eq!(lost.at(s(0)), None, "nobody knew it");
         let speed =
             RecordedSpeed { told: [(1, 1.0), (2, 2.0), (9, 2.0)].map(|(at, v)| (s(at), Some(v))).into() };
         for (at_ms, expected) in

@@ -141,7 +141,9 @@ fn keys(fault: &Fault) -> String {
     let needed = fault.parameters.iter().filter(|parameter| parameter.default == "must be given");
     let needed = needed.filter(|parameter| !more.contains(parameter.key)).map(|parameter| {
         let value = match parameter.form {
-            Form::Number(low, high) | Form::Pair(low, high) => 1.0_f64.clamp(low, high).to_string(),
+            Form::Number(low, high) | Form::Strength(low, high) | Form::Pair(low, high) => {
+                1.0_f64.clamp(low, high).to_string()
+            }
             Form::Whole(low, high) | Form::Wholes(low, high) => 100.clamp(low, high).to_string(),
             Form::Word(words) => format!("\"{}\"", words[0]),
             Form::Flag => "true".to_owned(),

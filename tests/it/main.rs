@@ -58,6 +58,7 @@ mod nozzles;
 mod online_offline;
 mod optics;
 mod orchards;
+mod other_beams;
 mod other_side;
 mod other_way;
 mod outputs;

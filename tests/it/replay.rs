@@ -11,7 +11,7 @@ use common::replayed::{
 };
 use common::{bench, facts, raw_client};
 use rowscan_emulator::clock::TimeScale;
-use rowscan_emulator::replay::{Played, Survey, model_of};
+use rowscan_emulator::replay::{Part, Played, Survey, model_of};
 use rowscan_emulator::{Emulator, EmulatorConfig};
 use rowscan_ports::clock::wall_clock_ns;
 use rowscan_protocol::device::{Device, DialectPolicy, Identity, MeasuredLine, Session, scan_event};
@@ -134,6 +134,11 @@ async fn a_recording_without_requests_comes_out_verbatim() {
         let packets: Packets = packets.into_iter().filter(|(_, from, _)| *from == Side::Device).collect();
         let (_folder, x, y) = folder();
         write(&x, &packets);
+        let survey = Survey::read(&x).expect("it can be played");
+        let Part { scans, monitor_scans, .. } = &survey.parts[0];
+        // Which telegrams a client must ask for to get any.
+        let of_monitor = if name == "tim781s_fieldset_events" { *scans } else { 0 };
+        assert!(*scans > 0 && *monitor_scans == of_monitor, "{name}: {monitor_scans} of {scans}");
         let recorder = recorder(&y);
         let verbatim = Played { verbatim: true, ..played() };
         let mut replayed = replay(&x, Some("tim781s"), TimeScale::Paced(1.0), verbatim, recorder.taps());

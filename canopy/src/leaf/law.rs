@@ -91,6 +91,8 @@ impl<'a> Law<'a> {
         let sampled = row.sampled_so_far();
         let withheld = if pass.rig.optics.is_none() {
             Some(Withheld::OpticsUnknown)
+        } else if pass.other_beams().is_some() {
+            Some(Withheld::OtherBeams)
         } else if row.lacks_the_echo() {
             Some(Withheld::EchoUnknown)
         } else if row.other_slope().is_some_and(|slope| slope.withheld) {

@@ -76,6 +76,7 @@ reasons! {
     RowElsewhere = 34, "row_elsewhere", "the canopy does not lie about the rig's row axis";
     MostlyUnseen = 35, "mostly_unseen", "too few beams reached half of the row";
     CanopyAtScanner = 36, "canopy_at_scanner", "much of the canopy lies where the scanner was driven";
+    OtherBeams = 37, "other_beams", "the scans are of other beams than the rig says: rays for a scanner's, or a scanner's for rays";
 }
 
 impl fmt::Display for Withheld {

@@ -4,6 +4,7 @@ use std::fmt;
 
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::plural::plural;
+use rowscan_protocol::rig::BeamWidth;
 
 use super::Warning;
 use crate::across::NEAR_SCANNER_M;
@@ -56,6 +57,20 @@ impl fmt::Display for Warning {
                  square root ({}): the leaf area is by contact; measure the cards anew, correct digits_a_decade, or say with power_sd how little is known",
                 misfit.logarithm, misfit.line, misfit.root, misfit.best()
             ),
+            Self::OtherBeams { found, exact, alone } => {
+                let name = found.name();
+                let (found, said) = match found {
+                    BeamWidth::Device => ("beams that have a width", "ideal rays"),
+                    BeamWidth::Ideal => ("ideal rays", "beams that have a width"),
+                };
+                write!(
+                    f,
+                    "the scans are of {found}, and the rig says {said}: {:.0} % of three neighbouring ranges on one surface lie on a line (rays: 95 and more), \
+                     {:.0} % of the returns at edges stand alone (rays: 13 and more); leaf areas are withheld; say `--optics {name}`, or `optics = \"{name}\"` in `[rig]`",
+                    100.0 * exact,
+                    100.0 * alone
+                )
+            }
             Self::CalibratedOnRays => f.write_str(
                 "the calibration was fitted on ideal rays: contact, voxel, polar and gap are corrected for the scanner's spot, the regression on I_T is \
                  withheld",

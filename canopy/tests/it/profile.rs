@@ -63,11 +63,12 @@ fn bands_add_up_to_their_trees_and_to_the_row() {
     let (rig, crowns) = row();
     let slab = turbid(1.0, 2.0, 300, 5);
     let wide = Rig { optics: Some(BeamWidth::Device), ..rig.clone() };
+    let scattered = drive(&wide, lms111(), 50, LINES, self::crowns);
     let slab_rig = slab::rig();
     for (what, rig, parameters, calibration, scans) in [
         ("crowns, rays", &rig, Parameters::default(), None, &crowns),
         ("crowns, rays, calibrated", &rig, Parameters::default(), Some(spindle()), &crowns),
-        ("crowns, eye", &wide, eye(), None, &crowns),
+        ("crowns, eye", &wide, eye(), None, &scattered),
         ("slab, rays", &slab_rig, slab::parameters(), None, &slab),
         ("slab, eye", &slab_rig, Parameters { half_width_m: Some(1.5), ..eye() }, None, &slab),
     ] {

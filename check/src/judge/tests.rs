@@ -392,3 +392,36 @@ fn nothing_is_judged_of_a_run_that_broke_off() {
     let without = "what = \"impacted_total_area_m2\", equals_run_without = \"faults\"";
     assert_eq!(verdict(without, &tried, folder.path()).0, Error);
 }
+
+/// Without an encoder the estimate goes by the rig's speed: what it says of a drive at another speed is of another way.
+#[test]
+fn impacted_areas_of_another_way_are_unknown() {
+    use crate::truth::Passed as At;
+    let folder = tempfile::tempdir().expect("a folder");
+    let driven = |way_m: f64| {
+        let mut run = record(folder.path());
+        for stream in run.streams.values_mut() {
+            stream.passed = vec![
+                At { y_m: 0.0, way_m: 0.0 },
+                At { y_m: 10.0, way_m },
+                At { y_m: 10.0, way_m: 0.8 * way_m },
+            ];
+        }
+        run
+    };
+    let bound = "what = \"impacted_total_area_m2\", below = 1";
+    let without = "what = \"impacted_total_area_m2\", equals_run_without = \"faults\"";
+    for (way_m, expect, beside, expected) in [
+        (10.0, bound, None, Passed),
+        (10.1, bound, None, Passed),
+        (5.0, bound, None, Error),
+        (10.0, without, Some(10.0), Passed),
+        (10.0, without, Some(5.0), Error),
+        (5.0, without, Some(10.0), Error),
+    ] {
+        let tried = Runs { all: vec![driven(way_m)], without_faults: beside.map(driven), bless: false };
+        let (found, message) = verdict(expect, &tried, folder.path());
+        assert_eq!(found, expected, "{way_m} m, {expect}: {message}");
+        assert_eq!(message.contains("constant speed"), expected == Error, "{message}");
+    }
+}

@@ -9,6 +9,7 @@ use rowscan_sprayer::Edge;
 use rowscan_sprayer::safety::Rule;
 
 use super::process_value::ProcessValue;
+use super::reach;
 use super::valve_state::ValveState;
 use crate::journal::END;
 use crate::signal::{Must, SignalKeys, Source};
@@ -523,9 +524,7 @@ impl Expect {
             ("between", least, f64::MIN),
             ("between", most, least.unwrap_or(f64::MIN)),
         ];
-        if self.what.is_share() {
-            self.check_share()?;
-        }
+        reach::check(self.what, &self.bounds)?;
         let wrong = numbers
             .into_iter()
             .find(|(_, value, lowest)| value.is_some_and(|value| !(*lowest..=f64::MAX).contains(&value)));
@@ -536,24 +535,6 @@ impl Expect {
             _ => format!("a number from {lowest} on"),
         };
         Err(format!("`{key}`: expected {expected}, found {found}"))
-    }
-
-    /// Refuses bounds that no share of a whole, or every one, keeps to.
-    fn check_share(&self) -> Result<(), String> {
-        let Bounds { above, below, between, .. } = self.bounds;
-        let (least, most) = between.unzip();
-        let wrong = [
-            ("above", above, "a share from 0 to less than 1", 0.0..1.0),
-            ("below", below, "a share of more than 0, up to 1", f64::MIN_POSITIVE..1.0 + f64::EPSILON),
-            ("between", least, "shares from 0 to 1", 0.0..1.0 + f64::EPSILON),
-            ("between", most, "shares from 0 to 1", 0.0..1.0 + f64::EPSILON),
-        ];
-        let wrong = wrong.into_iter().find_map(|(key, value, expected, range)| {
-            value.filter(|value| !range.contains(value)).map(|found| (key, expected, found))
-        });
-        wrong.map_or(Ok(()), |(key, expected, found)| {
-            Err(format!("`{key}` of `{}`: expected {expected}, found {found}", self.what.name))
-        })
     }
 
     /// What it expects of whom, in a few words: the same words in every run.

@@ -4,6 +4,7 @@ mod events;
 mod expect;
 mod file;
 mod process_value;
+mod reach;
 mod settle;
 mod valve_state;
 

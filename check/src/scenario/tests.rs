@@ -261,30 +261,53 @@ fn a_wrong_fault_is_told_with_its_line() {
     }
 }
 
-/// Whatever is a share: a bound that no share keeps to, or every one, is refused, and the others are taken.
+/// Whatever can have some values only: bounds that none of them keeps to, or every one, are refused, and the others are taken.
 #[test]
-fn bounds_of_shares_are_shares() {
+fn bounds_that_decide_nothing_are_refused() {
     let folder = Folder::new();
-    let shares = crate::what::WHATS.iter().filter(|what| what.is_share());
-    for what in shares.clone() {
-        let text =
-            |bound: &str| format!("use = \"base.toml\"\n[[expect]]\nwhat = \"{}\"\n{bound}\n", what.name);
-        for bound in ["above = 0", "above = 0.999", "below = 1", "below = 0.001", "between = [0, 1]"] {
+    let mut tried = 0;
+    for what in crate::what::WHATS {
+        let Some((least, most)) = what.reach() else { continue };
+        let of = match what.name {
+            "fault_acts" => "of = \"cut\"\n",
+            "time_to_safe_s" => "after = \"cut\"\n",
+            _ => "",
+        };
+        let text = |bound: &str| {
+            let fault = "[[fault]]\nname = \"fin\"\nid = \"cut\"\nat = { s = 1 }\n";
+            format!("use = \"base.toml\"\n{fault}[[expect]]\nwhat = \"{}\"\n{of}{bound}\n", what.name)
+        };
+        let inside = if most.is_finite() { most } else { 7.0 };
+        let takes = |key: &&(&str, String)| what.keys.contains(&key.0);
+        let decides = [
+            ("above", format!("above = {least}")),
+            ("below", format!("below = {inside}")),
+            ("equals", format!("equals = {inside}")),
+            ("between", format!("between = [{least}, {}]", 0.5 * inside)),
+        ];
+        for (_, bound) in decides.iter().filter(takes) {
             folder.load(&text(bound)).unwrap_or_else(|error| panic!("{}: {bound}: {error}", what.name));
+            tried += 1;
         }
-        for bound in [
-            "above = 1",
-            "above = -0.1",
-            "below = 0",
-            "below = 1.01",
-            "between = [-1, 0.5]",
-            "between = [0.5, 2]",
-        ] {
+        let beyond = if most.is_finite() { most + 1.0 } else { f64::NAN };
+        let decides_nothing = [
+            ("above", format!("above = {}", least - 0.1)),
+            ("above", format!("above = {most}")),
+            ("below", format!("below = {least}")),
+            ("below", format!("below = {beyond}")),
+            ("equals", format!("equals = {}", least - 1.0)),
+            ("equals", format!("equals = {beyond}")),
+            ("between", format!("between = [{}, {}]", least - 2.0, least - 1.0)),
+            ("between", format!("between = [{least}, {most}]")),
+        ];
+        let finite = |(_, bound): &&(&str, String)| !bound.contains("inf") && !bound.contains("NaN");
+        for (_, bound) in decides_nothing.iter().filter(takes).filter(finite) {
             let message = folder.refused(&text(bound));
-            assert!(message.contains(&format!("of `{}`: expected", what.name)), "{bound}: {message}");
+            let expected = format!("`{}` is {least} ", what.name);
+            assert!(message.contains(&expected), "{}: {bound}: {message}", what.name);
         }
     }
-    assert_eq!(shares.count(), 3);
+    assert!(tried > 30, "{tried}");
 }
 
 #[test]
@@ -320,15 +343,23 @@ fn mistakes_are_told_with_line_and_remedy() {
         ),
         (
             "[[expect]]\nwhat = \"recall\"\nabove = 1.5\n",
-            ":1: `above` of `recall`: expected a share from 0 to less than 1, found 1.5",
+            ":1: `recall` is 0 to 1: expected bounds that some of these values keep to and others do not, found above 1.5: none of them does",
         ),
         (
             "[[expect]]\nwhat = \"waste\"\nbelow = 0\n",
-            ":1: `below` of `waste`: expected a share of more than 0, up to 1, found 0",
+            ":1: `waste` is 0 to 1: expected bounds that some of these values keep to and others do not, found below 0: none of them does",
         ),
         (
             "[[expect]]\nwhat = \"off_target_share\"\nbetween = [0.2, 20]\n",
-            ":1: `between` of `off_target_share`: expected shares from 0 to 1, found 20",
+            ":1: `off_target_share` is 0 to 1: expected bounds that some of these values keep to and others do not, found 0.2 to 20: `between` reaches beyond them",
+        ),
+        (
+            "[[expect]]\nwhat = \"scans_lost\"\nabove = -1\n",
+            ":1: `scans_lost` is 0 and more: expected bounds that some of these values keep to and others do not, found above -1: all of them do",
+        ),
+        (
+            "[[expect]]\nwhat = \"exit_code\"\nequals = 300\n",
+            ":1: `exit_code` is 0 to 255: expected bounds that some of these values keep to and others do not, found 300: none of them does",
         ),
         ("[[expect]]\nwhat = \"log\"\nmatches = \"(\"\n", ":1: `matches`: `(` is no pattern"),
         (

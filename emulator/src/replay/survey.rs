@@ -57,6 +57,8 @@ pub struct Part {
     pub first_scan: Option<LmdScandata>,
     /// Scans.
     pub scans: u64,
+    /// Those of them that are the monitor's (LMDscandatamon): who asks for LMDscandata gets none of these.
+    pub monitor_scans: u64,
     /// When what the device sends by itself begins: with the reply to the subscription, or the first event.
     pub begins_ns: Option<u64>,
     /// Time of the first scan.
@@ -296,6 +298,7 @@ impl Part {
             ident: None,
             first_scan: None,
             scans: 0,
+            monitor_scans: 0,
             begins_ns: None,
             first_scan_ns: None,
             ends_ns: 0,
@@ -343,6 +346,7 @@ impl Part {
             return;
         }
         self.scans += 1;
+        self.monitor_scans += u64::from(Event::by_name(telegram.name) == Some(Event::Monitor));
         self.scans_of[0].scan(&self.heard);
         self.first_scan_ns.get_or_insert(at_ns);
         self.last_scan_ns = self.last_scan_ns.max(Some(at_ns));

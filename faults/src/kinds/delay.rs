@@ -13,7 +13,7 @@ pub(super) const FAULT: Fault = Fault {
     layer: Layer::Bytes,
     parameters: &[Parameter {
         key: "ms",
-        form: Form::Number(0.0, 3.6e6),
+        form: Form::Strength(0.0, 3.6e6),
         default: "must be given",
         about: "later, ms",
     }],

@@ -9,6 +9,7 @@ mod description;
 pub mod device;
 pub mod firmware;
 pub mod frame;
+mod likely_mode;
 pub mod listing;
 pub mod model;
 mod output;

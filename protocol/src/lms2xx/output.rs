@@ -52,6 +52,29 @@ pub enum Output {
     Taught,
 }
 
+impl Output {
+    /// True if its values are named by their numbers in a scan: what angles they are of, only the scan's angle and resolution tell.
+    pub(super) fn names_values(self) -> bool {
+        match self {
+            Self::Range(_)
+            | Self::MeanRange { .. }
+            | Self::Every(_)
+            | Self::Parts(_)
+            | Self::Direct(_)
+            | Self::Segments { .. }
+            | Self::Fields(_)
+            | Self::Cartesian(_) => true,
+            Self::All
+            | Self::Partial
+            | Self::Mean { .. }
+            | Self::Reflectivity(_)
+            | Self::Minima(_)
+            | Self::Perpendicular(_)
+            | Self::Taught => false,
+        }
+    }
+}
+
 /// Which scans are sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum When {

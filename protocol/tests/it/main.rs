@@ -30,6 +30,7 @@ mod lms2xx;
 mod lms2xx_host;
 mod lms2xx_line;
 mod lms2xx_listing;
+mod lms2xx_parts;
 mod lms2xx_start_ups;
 mod mrs1000;
 mod multiscan;

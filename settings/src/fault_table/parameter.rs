@@ -18,6 +18,8 @@ pub struct Parameter {
 pub enum Form {
     /// A number in this range.
     Number(f64, f64),
+    /// A number in this range, and not 0: with that nothing would happen.
+    Strength(f64, f64),
     /// An integer in this range.
     Whole(i64, i64),
     /// An integer in this range, or a list of them.
@@ -41,6 +43,7 @@ impl Form {
     pub fn words(self) -> String {
         match self {
             Self::Number(low, high) => format!("number, {low} to {high}"),
+            Self::Strength(low, high) => format!("number, {low} to {high}, not 0"),
             Self::Whole(low, high) => format!("integer, {low} to {high}"),
             Self::Wholes(low, high) => format!("integer or list of them, {low} to {high}"),
             Self::Word(words) => words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", "),

@@ -79,6 +79,13 @@ impl<'a> Settings<'a> {
     pub fn number(&self, key: &str) -> Result<Option<f64>, TomlError> {
         match self.given(key) {
             Some((found, Form::Number(low, high))) => read_number(found, low, high).map(Some),
+            Some((found, Form::Strength(low, high))) => match read_number(found, low, high)? {
+                0.0 => Err(TomlError {
+                    line: found.line,
+                    message: format!("expected `{key}` other than 0: nothing would happen"),
+                }),
+                strength => Ok(Some(strength)),
+            },
             _ => Ok(None),
         }
     }

@@ -273,6 +273,12 @@ fn tell_streams(survey: &Survey, played: &[&Part]) {
             (true, true) => {
                 let (answers, polled) = (part.script.len(), if part.polled { " by polls" } else { "" });
                 say(format_args!("{}: {} scans{polled}, {answers} recorded answers", part.name, part.scans));
+                if part.monitor_scans > 0 {
+                    say(format_args!(
+                        "{}: {} of its scans are LMDscandatamon: only a client that asks for these (sEN LMDscandatamon 1) gets them; rowscan's own asks for LMDscandata",
+                        part.name, part.monitor_scans
+                    ));
+                }
                 let changed: Vec<&str> =
                     part.settings_changed().iter().map(|(_, setting)| setting.name).collect();
                 if !changed.is_empty() {

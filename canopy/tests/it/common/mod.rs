@@ -50,6 +50,12 @@ fn on_ground(rig: &Rig, theta: f64, range_m: f64) -> f64 {
     if meets { (height_m + BELOW_M) / -theta.sin() } else { range_m }
 }
 
+/// A scanner's own ranges scatter, those of rays do not, metres: some 4 mm.
+fn scatter_m(rig: &Rig, line: u32, beam: usize) -> f64 {
+    let number = (u64::from(line) << 16) | beam as u64;
+    if rig.optics == Some(BeamWidth::Device) { 0.014 * (Random(number).unit() - 0.5) } else { 0.0 }
+}
+
 /// Line number `i` of a device at `hertz`, its ranges a function of y and θ.
 pub(crate) fn line(
     rig: &Rig,
@@ -62,7 +68,7 @@ pub(crate) fn line(
     let y_m = rig.y_m(f64::from(i) * f64::from(period_us) * 1e-6);
     let range_m = (0..grid.len())
         .map(|beam| match theta(&rig.scanners[0], grid, beam) {
-            (theta, true) => on_ground(rig, theta, range(y_m, theta)),
+            (theta, true) => on_ground(rig, theta, range(y_m, theta)) + scatter_m(rig, i, beam),
             (_, false) => 0.7,
         })
         .collect();

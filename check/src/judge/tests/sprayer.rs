@@ -5,6 +5,8 @@ use rowscan_sprayer::{Boom, Command, Drive, Pass, Target};
 use super::*;
 use crate::sprayer::SprayerRun;
 
+const MS: u64 = 1_000_000;
+
 /// A sprayer of one section that drove past 5 m of leaf, from 2 to 7 m at 1 m/s, with nozzles beside the scanner, and heard these commands.
 fn sprayed(commands: &[(f64, f64)]) -> SprayerRun {
     sprayed_past(1.0, commands)
@@ -12,6 +14,11 @@ fn sprayed(commands: &[(f64, f64)]) -> SprayerRun {
 
 /// The same past a leaf whose lower edge is so high: the section reaches from 1 to 2 m.
 fn sprayed_past(low_m: f64, commands: &[(f64, f64)]) -> SprayerRun {
+    sprayed_until(10_000, low_m, commands)
+}
+
+/// The same of a run of so many milliseconds, at 1 m/s.
+fn sprayed_until(end_ms: u64, low_m: f64, commands: &[(f64, f64)]) -> SprayerRun {
     let boom = "version = 1\noffset_y_m = 0\nstrip_m = 0\n[valve]\non_ms = 0\noff_ms = 0\nrise_ms = 0\nfall_ms = 0\n\
         [[section]]\nid = \"a\"\nside = \"right\"\nz_from_m = 1\nz_to_m = 2\n";
     let top_m = low_m + 1.0;
@@ -20,7 +27,7 @@ fn sprayed_past(low_m: f64, commands: &[(f64, f64)]) -> SprayerRun {
     let orchard = rowscan_scenes::Orchard::from_organs(vec![leaf], Vec::new(), f64::INFINITY);
     let tractor = rowscan_vehicle::Tractor::new(rowscan_vehicle::trajectory::Trajectory::straight(0.0, 1.0));
     tractor.begin(SimTime::ZERO);
-    let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, SimTime(10 * SECOND));
+    let drive = Drive::of(|at| tractor.motion(at), SimTime::ZERO, SimTime(end_ms * MS));
     let command = |(at_s, duty): &(f64, f64)| Command {
         at: SimTime((at_s * 1e9) as u64),
         target: Target::All,
@@ -103,6 +110,17 @@ fn missed_edges_are_unknown_where_none_was_wanted() {
     for both in ["what = \"edges\", equals = 0", "what = \"edges\", of = \"spurious\", equals = 0"] {
         assert_eq!(judged(both, 5.0, &shut).0, Passed, "{both}");
         assert_eq!(judged(both, 5.0, &opens).0, Failed, "{both}");
+    }
+    // The run ends where the leaf begins: whether its edge came is not known.
+    let cut_off = RunRecord {
+        sprayer: Some(Ok(sprayed_until(2200, 1.0, &shut))),
+        ended: SimTime(2200 * MS),
+        ..record(folder.path())
+    };
+    let cut_off = Runs { all: vec![cut_off], without_faults: None, bless: false };
+    for expect in ["what = \"edges\", equals = 0", "what = \"edges\", below = 9, edge = \"open\""] {
+        let (found, message) = verdict(expect, &cut_off, folder.path());
+        assert!(found == Error && message.contains("could be met"), "{expect}: {message}");
     }
 }
 

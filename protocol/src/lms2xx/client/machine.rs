@@ -14,6 +14,7 @@ use super::step::Step;
 use crate::host::{DeviceInfo, HostEvent, Language, Transmit};
 use crate::lms2xx::configuration::Configuration;
 use crate::lms2xx::frame::{Frame, LONGEST_SCAN, Received};
+use crate::lms2xx::likely_mode::LikelyMode;
 use crate::lms2xx::model::Model;
 use crate::lms2xx::telegram::{POWER_ON, RESET_REPLY};
 use crate::lms2xx::values::{MeasuringMode, Output, Values};
@@ -51,6 +52,8 @@ pub(super) struct Machine {
     ident: String,
     firmware: String,
     known: Known,
+    /// Where no reply tells the measuring mode.
+    likely_mode: LikelyMode,
     values: Values,
     clock: ScanClock,
     scan: Scan,
@@ -98,6 +101,7 @@ impl Machine {
             ident: String::new(),
             firmware: String::new(),
             known: Known::default(),
+            likely_mode: LikelyMode::default(),
             values: Values::default(),
             clock: ScanClock::default(),
             scan: Scan::default(),

@@ -12,7 +12,7 @@ pub(super) const DRIFT: Row = Row {
     family: Family::Clock,
     parameters: &[Parameter::new(
         "ppm",
-        Form::Number(-100_000.0, 100_000.0),
+        Form::Strength(-100_000.0, 100_000.0),
         "must be given",
         "too fast by so many parts per million, beside what it has",
     )],
@@ -28,7 +28,7 @@ pub(super) const STEP: Row = Row {
     family: Family::Clock,
     parameters: &[Parameter::new(
         "s",
-        Form::Number(-3.2e9, 3.2e9),
+        Form::Strength(-3.2e9, 3.2e9),
         "must be given",
         "set forward by so many seconds; negative: back",
     )],
@@ -55,7 +55,7 @@ pub(super) const NTP_JUMP: Row = Row {
     family: Family::Clock,
     parameters: &[Parameter::new(
         "s",
-        Form::Number(-3.2e9, 3.2e9),
+        Form::Strength(-3.2e9, 3.2e9),
         "must be given",
         "later by so many seconds; negative: earlier",
     )],

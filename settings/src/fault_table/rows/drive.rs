@@ -54,7 +54,12 @@ pub(super) const LATERAL: Row = Row {
     name: "lateral",
     family: Family::Vehicle,
     parameters: &[
-        Parameter::new("m", Form::Number(-5.0, 5.0), "must be given", "to its right, metres; negative: left"),
+        Parameter::new(
+            "m",
+            Form::Strength(-5.0, 5.0),
+            "must be given",
+            "to its right, metres; negative: left",
+        ),
         Parameter::new("over_s", Form::Number(0.0, 3600.0), "1", "the shift takes so long, s; 0 is a jump"),
     ],
     about: "The tractor drives beside its way, and comes back at the end.",

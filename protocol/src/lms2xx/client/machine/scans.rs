@@ -5,10 +5,12 @@ use alloc::string::ToString;
 use super::super::clock::period;
 use super::Machine;
 use crate::host::HostEvent;
+use crate::leftover::{LMS2XX_MEAN, LMS2XX_PART};
+use crate::leftover_set::LeftoverSet;
 use crate::lms2xx::Variant;
 use crate::lms2xx::frame::Frame;
 use crate::lms2xx::model::{self, Model};
-use crate::lms2xx::values::{CountWord, MeasuringMode, Output, Unit};
+use crate::lms2xx::values::{CountWord, Output, Unit};
 use crate::scan::Echo;
 use crate::validity::{DeviceStatus, ScanFault};
 
@@ -18,6 +20,9 @@ impl Machine {
         match taken {
             Ok(()) if self.values.word.count == 0 => {
                 self.events.push_back(HostEvent::Malformed { fault: ScanFault::NoBeams });
+            }
+            Ok(()) if self.known.variant.is_none() && self.values.output.names_values() => {
+                self.events.push_back(HostEvent::Malformed { fault: ScanFault::PartOfUnknownScan });
             }
             Ok(()) => {
                 // A telegram to the last byte, its index too: the same one again.
@@ -70,8 +75,12 @@ impl Machine {
         // In bytes without times, index and rate nothing tells it.
         let scan_period = known_period.unwrap_or(by_rate);
         let unit = unit.unwrap_or(Unit::Mm);
-        let mode = self.known.mode.unwrap_or_else(|| MeasuringMode::guess(unit, &self.values.values));
+        let mode = self.known.mode.unwrap_or_else(|| self.likely_mode.of(unit, &self.values.values));
         let scan = &mut self.scan;
+        scan.leftovers = LeftoverSet::default();
+        let is_mean = matches!(self.values.output, Output::Mean { .. } | Output::MeanRange { .. });
+        scan.leftovers.set(LMS2XX_MEAN, is_mean);
+        scan.leftovers.set(LMS2XX_PART, self.values.output.names_values() && count < whole.count);
         scan.status = DeviceStatus::of_lms2xx(self.values.status);
         scan.uncounted = self.values.real_time_index.is_none();
         scan.telegram_counter = number as u16;

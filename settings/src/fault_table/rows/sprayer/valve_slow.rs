@@ -6,7 +6,7 @@ use crate::fault_table::part_fault::PartFault;
 use crate::fault_table::row::{Family, Row};
 use crate::fault_table::sprayer::SprayerFault;
 
-const MS: Parameter = Parameter::new("ms", Form::Number(0.0, 10_000.0), "100", "later, ms");
+const MS: Parameter = Parameter::new("ms", Form::Strength(0.0, 10_000.0), "100", "later, ms");
 
 /// It comes late.
 pub(in crate::fault_table::rows) const ROW: Row = Row {
