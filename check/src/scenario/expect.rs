@@ -8,8 +8,8 @@ use serde_json::Value;
 use rowscan_sprayer::Edge;
 use rowscan_sprayer::safety::Rule;
 
+use super::bounds::Bounds;
 use super::process_value::ProcessValue;
-use super::reach;
 use super::valve_state::ValveState;
 use crate::journal::END;
 use crate::signal::{Must, SignalKeys, Source};
@@ -158,56 +158,9 @@ pub struct Expect {
     pub process: Option<ProcessValue>,
 }
 
-/// What a number must be; all that are given.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Bounds {
-    /// Exactly this.
-    pub equals: Option<f64>,
-    /// More than this.
-    pub above: Option<f64>,
-    /// Less than this.
-    pub below: Option<f64>,
-    /// Nearer to 0 than this.
-    pub abs_below: Option<f64>,
-    /// Within these, both included.
-    pub between: Option<(f64, f64)>,
-    /// How far from `equals` it may be.
-    pub tolerance: f64,
-}
-
 /// A regular expression with its text.
 #[derive(Clone, Debug)]
 pub struct Pattern(pub regex_lite::Regex);
-
-impl Bounds {
-    /// True if there is none.
-    pub fn is_empty(&self) -> bool {
-        *self == Self { tolerance: self.tolerance, ..Self::default() }
-    }
-
-    /// True if `value` is within all of them.
-    pub fn hold(&self, value: f64) -> bool {
-        self.equals.is_none_or(|wanted| (value - wanted).abs() <= self.tolerance)
-            && self.above.is_none_or(|least| value > least)
-            && self.below.is_none_or(|most| value < most)
-            && self.abs_below.is_none_or(|most| value.abs() < most)
-            && self.between.is_none_or(|(least, most)| (least..=most).contains(&value))
-    }
-
-    /// In words.
-    pub fn words(&self) -> String {
-        let mut words = Vec::new();
-        if let Some(equals) = self.equals {
-            let near = if self.tolerance > 0.0 { format!(" ± {}", self.tolerance) } else { String::new() };
-            words.push(format!("{equals}{near}"));
-        }
-        words.extend(self.above.map(|least| format!("above {least}")));
-        words.extend(self.below.map(|most| format!("below {most}")));
-        words.extend(self.abs_below.map(|most| format!("nearer to 0 than {most}")));
-        words.extend(self.between.map(|(least, most)| format!("{least} to {most}")));
-        words.join(", ")
-    }
-}
 
 impl Table {
     /// The keys that are given, `what` apart.
@@ -524,7 +477,7 @@ impl Expect {
             ("between", least, f64::MIN),
             ("between", most, least.unwrap_or(f64::MIN)),
         ];
-        reach::check(self.what, &self.bounds)?;
+        self.bounds.decide(self.what)?;
         let wrong = numbers
             .into_iter()
             .find(|(_, value, lowest)| value.is_some_and(|value| !(*lowest..=f64::MAX).contains(&value)));

@@ -1,10 +1,10 @@
 //! Scenario files: strict TOML; a file may `use` another and change some of its keys.
 
+mod bounds;
 mod events;
 mod expect;
 mod file;
 mod process_value;
-mod reach;
 mod settle;
 mod valve_state;
 
@@ -20,7 +20,8 @@ use rowscan_protocol::lms2xx::{self, Rate};
 use rowscan_protocol::model::{AnyModel, Model};
 use rowscan_settings::{TomlError, from_toml};
 
-pub use expect::{Bounds, Expect};
+pub use bounds::Bounds;
+pub use expect::Expect;
 use file::ScenarioFile;
 pub use file::{Mode, OnExit, Time};
 pub use process_value::ProcessValue;
