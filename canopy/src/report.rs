@@ -466,7 +466,7 @@ fn row(
         Err(Withheld::EchoUnknown) => estimate.warnings.push(Warning::EchoUnknown),
         Err(Withheld::OpticsUnknown) => estimate.warnings.push(Warning::OpticsUnknown),
         Err(Withheld::OtherBeams) => {
-            let warning = |OtherBeams { found, exact, alone }| Warning::OtherBeams { found, exact, alone };
+            let warning = |OtherBeams { found, exact }| Warning::OtherBeams { found, exact };
             estimate.warnings.extend(pass.other_beams().map(warning));
         }
         _ => {}

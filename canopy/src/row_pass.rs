@@ -81,7 +81,7 @@ impl RowPass {
             odometry: Odometry::default(),
             witness: EncoderWitness::new(tick_m, rig.speed_m_s),
             beside: Beside::default(),
-            beams: BeamWitness::of(&mount.model),
+            beams: BeamWitness::of(mount),
             turns_a_line,
             row: Row::new(rig, mount, parameters)?,
             open: OpenLine::default(),
@@ -147,7 +147,7 @@ impl RowPass {
         range_m: &[f64],
         remission: &[u16],
     ) {
-        self.beams.add(grid, range_m);
+        self.beams.add(&self.mount, grid, range_m);
         let Step::Opened(closed) = self.advance.next(y_m, link, nominal_step_m) else { return };
         self.add_open_line(closed);
         self.open.grid = grid;

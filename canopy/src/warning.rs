@@ -28,10 +28,8 @@ pub enum Warning {
     OtherBeams {
         /// What they look like.
         found: BeamWidth,
-        /// Share of three neighbouring ranges on one surface that lie on a line.
+        /// Share of three neighbouring ranges on the ground that lie on a line.
         exact: f64,
-        /// Share of edges whose return stands alone.
-        alone: f64,
     },
     /// The calibration was fitted on ideal rays, and these are the beams of a device: contact is corrected for the spot, I_T is not.
     CalibratedOnRays,

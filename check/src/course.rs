@@ -4,6 +4,7 @@ use rowscan_faults::At;
 
 use crate::ending;
 use crate::fault::ScenarioFault;
+use crate::journal::over_at_once;
 use crate::judge::Runs;
 use crate::judged::Judged;
 use crate::runner::RunRecord;
@@ -54,26 +55,17 @@ fn never_acted<'a>(
         let began = run.events.iter().any(|event| event.event == *id);
         let met_nothing = began && !fault.is_by_chance() && run.fault_acts.get(id) == Some(&0);
         let first = run.events.iter().find(|event| event.event == skipped).map(|event| event.detail.clone());
-        let at_once = fault.has_until() && over_at_once(run, id);
+        let over = "it was over at the instant at which it began: its `until` was there already (of a `row_m`: the tractor was there, or farther)";
+        let at_once = fault.has_until() && over_at_once(&run.events, id);
         let why = first
-            .or_else(|| met_nothing.then(|| "what it acts on never came".to_owned()))
-            .or_else(|| at_once.then(|| "it was over at the instant at which it began".to_owned()))?;
+            .or_else(|| at_once.then(|| over.to_owned()))
+            .or_else(|| met_nothing.then(|| "what it acts on never came".to_owned()))?;
         run.events.iter().all(|event| event.event != acted).then_some(why)
     })?;
     let message = format!(
         "fault `{id}` could act on nothing: {why}; take a fault that this stream has, or expect `fault_acts` of `{id}` to equal 0"
     );
     Some(Shortfall { name: format!("fault {id} acts"), judged: Judged::error(message) })
-}
-
-/// True if a fault ended where it began, each time: its `until` was there already.
-fn over_at_once(run: &RunRecord, id: &str) -> bool {
-    let end = format!("{id}.end");
-    let times = |name: &str| {
-        run.events.iter().filter(|event| event.event == name).map(|event| event.t_s).collect::<Vec<_>>()
-    };
-    let (began, ended) = (times(id), times(&end));
-    !began.is_empty() && began == ended
 }
 
 fn never_began<'a>(

@@ -146,3 +146,13 @@ impl Journal {
         self.events.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+/// True if what has this id ended where it began, each time.
+pub(crate) fn over_at_once(events: &[Event], id: &str) -> bool {
+    let end = format!("{id}.end");
+    let times = |name: &str| {
+        let named = events.iter().filter(|event| event.event == name);
+        named.map(|event| event.t_s).collect::<Vec<_>>()
+    };
+    let (began, ended) = (times(id), times(&end));
+    !began.is_empty() && began == ended
+}

@@ -22,7 +22,7 @@ use crate::fault::{Pause, ScenarioFault};
 use crate::fault_desk::FaultDesk;
 use crate::frames::{BusRecord, Frames};
 use crate::jitter::{Jitter, JitterWatch};
-use crate::journal::{END, Event, Journal};
+use crate::journal::{END, Event, Journal, over_at_once};
 use crate::onlooker::Onlooker;
 use crate::output::Match;
 use crate::pause::{self, Timing};
@@ -253,6 +253,12 @@ async fn drive(
             .push(format!("killed what the children left running outside their group: {}", left.join(", ")));
     }
     record.events = journal.events();
+    let at_once = |fault: &&ScenarioFault| {
+        fault.has_until() && fault.id().is_some_and(|id| over_at_once(&record.events, id))
+    };
+    let ids: Vec<String> =
+        faults.iter().filter(at_once).filter_map(|fault| fault.id()).map(str::to_owned).collect();
+    record.fault_acts.extend(ids.into_iter().map(|id| (id, 0)));
     let seen = |device: &DeviceSpec| (device.id.clone(), truth::Trees::of(&stage, device.scanner));
     record.truths = scenario.devices.iter().map(seen).collect();
     write_frames(folder, &record.frames)?;

@@ -1,4 +1,4 @@
-//! A tractor that stands for good before the end of its row: no such run comes to its end.
+//! A tractor that stands, or goes back, for good before the end of its row: no such run comes to its end.
 
 use std::time::Duration;
 
@@ -8,18 +8,18 @@ use rowscan_protocol::time::SimTime;
 use crate::fault::ScenarioFault;
 use crate::scenario::{End, Scenario};
 
-/// Beside what faults last, a tractor that stands so long does not go on, simulated.
+/// Beside what faults last, a tractor that comes no farther for so long does not go on, simulated.
 const FOR_GOOD: Duration = Duration::from_secs(120);
 
-/// How long the tractor has stood where it is.
+/// How long the tractor has come no farther.
 #[derive(Debug)]
 pub(crate) struct Standing {
     /// The place of the end, metres; none where time or scans end the run.
     end_m: Option<f64>,
-    /// From here on it stands for good.
+    /// From here on that is for good.
     longest: Duration,
-    /// Where it is since when.
-    at: Option<(f64, SimTime)>,
+    /// How far it has come, and when.
+    farthest: Option<(f64, SimTime)>,
 }
 
 impl Standing {
@@ -29,7 +29,7 @@ impl Standing {
             End::Seconds(_) | End::Scans(_) => None,
         };
         let longest = scenario.faults.iter().map(longest).max().unwrap_or_default();
-        Self { end_m, longest: FOR_GOOD.saturating_add(longest), at: None }
+        Self { end_m, longest: FOR_GOOD.saturating_add(longest), farthest: None }
     }
 
     /// Looks where the tractor is.
@@ -38,18 +38,18 @@ impl Standing {
     /// It stands for good, with the remedy.
     pub(crate) fn look(&mut self, row_m: f64, now: SimTime) -> Result<(), String> {
         let Some(end_m) = self.end_m else { return Ok(()) };
-        let since = match self.at {
-            Some((before_m, since)) if (row_m - before_m).abs() < 1e-6 => since,
-            _ => now,
+        let (farthest_m, since) = match self.farthest {
+            Some((before_m, since)) if row_m < before_m + 1e-6 => (before_m, since),
+            _ => (row_m, now),
         };
-        self.at = Some((row_m, since));
+        self.farthest = Some((farthest_m, since));
         let stood = Duration::from_secs_f64((now.as_secs_f64() - since.as_secs_f64()).max(0.0));
         if stood < self.longest {
             return Ok(());
         }
         Err(format!(
-            "the tractor has stood at row {row_m:.2} m for {} s, and `end` is row {end_m} m: it does not come there; let what stops it end (`for`, `until`), or give \
-             `end` in `s`",
+            "the tractor has come no farther than row {farthest_m:.2} m for {} s, it is at row {row_m:.2} m, and `end` is row {end_m} m: it does not come there; let \
+             what stops it end (`for`, `until`), or give `end` in `s`",
             stood.as_secs()
         ))
     }
@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn a_tractor_that_stands_for_good_does_not_come_to_the_end() {
-        let mut standing = Standing { end_m: Some(12.0), longest: FOR_GOOD, at: None };
+        let mut standing = Standing { end_m: Some(12.0), longest: FOR_GOOD, farthest: None };
         assert!((0..100).all(|s| standing.look(0.1 * s as f64, second(s)).is_ok()), "it drives");
         assert!((100..219).all(|s| standing.look(9.9, second(s)).is_ok()), "it stands");
         let why = standing.look(9.9, second(219)).and_then(|()| standing.look(9.9, second(220)));
@@ -88,8 +88,12 @@ mod tests {
             why.as_ref().is_err_and(|why| why.contains("row 9.90 m") && why.contains("row 12 m")),
             "{why:?}"
         );
+        let mut back = Standing { end_m: Some(12.0), longest: FOR_GOOD, farthest: None };
+        let gone = |s: u64| 5.0 - 0.5 * s as f64;
+        assert!((0..120).all(|s| back.look(gone(s), second(s)).is_ok()), "it may come again");
+        assert!(back.look(gone(120), second(120)).is_err(), "it goes back for good");
         // Time ends the run wherever it stands.
-        let mut timed = Standing { end_m: None, longest: FOR_GOOD, at: None };
+        let mut timed = Standing { end_m: None, longest: FOR_GOOD, farthest: None };
         assert!((0..1000).all(|s| timed.look(5.0, second(s)).is_ok()));
     }
 }

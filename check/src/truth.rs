@@ -7,6 +7,9 @@ use rowscan_emulator::stage::Stage;
 /// that the result has no step here.
 const SAME_WAY: f64 = 0.02;
 
+/// Ways that are less apart are the same, metres.
+const LEAST_APART_M: f64 = 0.1;
+
 /// A net way that is less says nothing of what was passed, metres.
 const LEAST_WAY_M: f64 = 0.5;
 
@@ -36,6 +39,15 @@ impl Reach {
         };
         Self { estimate_m: reach(|at| at.y_m), way_m: reach(|at| at.way_m) }
     }
+
+    /// Of all scans where the estimate went by other places than those that are known, as after it fell back from the encoder to another advance; `None` where they
+    /// are its own.
+    fn fallen_back(estimate: &Estimate, passed: &[Passed]) -> Option<Self> {
+        let (begun, ended) = passed.first().zip(passed.last())?;
+        let own_m = estimate.advance_m.unwrap_or_default();
+        let is_its_own = (ended.y_m - begun.y_m - own_m).abs() <= SAME_WAY * own_m.abs();
+        (!is_its_own).then(|| Self { estimate_m: own_m.abs(), way_m: (ended.way_m - begun.way_m).abs() })
+    }
 }
 
 /// Where an estimate went by the rig's constant speed and the tractor did not: the way by the one and by the other, metres. What such an estimate says of areas is
@@ -44,9 +56,10 @@ pub(crate) fn other_way(estimate: &Estimate, passed: &[Passed]) -> Option<(f64, 
     if estimate.advance_source != Some(AdvanceSource::Constant) {
         return None;
     }
-    let Reach { estimate_m, way_m } = Reach::of(passed.iter());
+    let reach = Reach::fallen_back(estimate, passed).unwrap_or_else(|| Reach::of(passed.iter()));
+    let Reach { estimate_m, way_m } = reach;
     let apart_m = (estimate_m - way_m).abs();
-    (apart_m > LEAST_WAY_M && apart_m > SAME_WAY * way_m).then_some((estimate_m, way_m))
+    (apart_m > LEAST_APART_M && apart_m > SAME_WAY * way_m).then_some((estimate_m, way_m))
 }
 
 /// The trees of a row.
@@ -94,13 +107,9 @@ impl Trees {
             let half_m = 0.5 * found.scanned_m;
             (from_m, to_m) = (from_m.min(found.y_m - half_m), to_m.max(found.y_m + half_m));
         }
-        // Where the estimate fell back from the encoder to another advance, the places here are not its own: then the whole way is compared.
-        let (begun, ended) = passed.first().zip(passed.last())?;
-        let own_m = estimate.advance_m.unwrap_or_default();
-        let is_its_own = (ended.y_m - begun.y_m - own_m).abs() <= SAME_WAY * own_m.abs();
-        let whole = Reach { estimate_m: own_m.abs(), way_m: (ended.way_m - begun.way_m).abs() };
         let beside = passed.iter().filter(|at| (from_m..=to_m).contains(&at.y_m));
-        let Reach { estimate_m, way_m } = if is_its_own { Reach::of(beside) } else { whole };
+        let Reach { estimate_m, way_m } =
+            Reach::fallen_back(estimate, passed).unwrap_or_else(|| Reach::of(beside));
         // A tractor that hardly moved has passed too little to compare.
         let times = (way_m >= LEAST_WAY_M).then(|| estimate_m / way_m)?;
         let apart = times - 1.0;

@@ -19,6 +19,11 @@ impl What {
         matches!(self.kind, Kind::Count(_))
     }
 
+    /// True if it is a count: no value of it lies between two whole numbers.
+    pub fn is_whole(&self) -> bool {
+        matches!(self.kind, Kind::Count(_) | Kind::FaultActs | Kind::ExitCode | Kind::Sprayer(Sprayed::Edges))
+    }
+
     /// The least and the largest value that it can have; none where it may be any number.
     pub fn reach(&self) -> Option<(f64, f64)> {
         match self.kind {

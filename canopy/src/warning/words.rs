@@ -57,7 +57,7 @@ impl fmt::Display for Warning {
                  square root ({}): the leaf area is by contact; measure the cards anew, correct digits_a_decade, or say with power_sd how little is known",
                 misfit.logarithm, misfit.line, misfit.root, misfit.best()
             ),
-            Self::OtherBeams { found, exact, alone } => {
+            Self::OtherBeams { found, exact } => {
                 let name = found.name();
                 let (found, said) = match found {
                     BeamWidth::Device => ("beams that have a width", "ideal rays"),
@@ -65,10 +65,9 @@ impl fmt::Display for Warning {
                 };
                 write!(
                     f,
-                    "the scans are of {found}, and the rig says {said}: {:.0} % of three neighbouring ranges on one surface lie on a line (rays: 95 and more), \
-                     {:.0} % of the returns at edges stand alone (rays: 13 and more); leaf areas are withheld; say `--optics {name}`, or `optics = \"{name}\"` in `[rig]`",
-                    100.0 * exact,
-                    100.0 * alone
+                    "the scans are of {found}, and the rig says {said}: {:.0} % of three neighbouring ranges on the ground lie on a line (rays: 70 and more; \
+                     scanners: 7 to 26); leaf areas are withheld; say `--optics {name}`, or `optics = \"{name}\"` in `[rig]`",
+                    100.0 * exact
                 )
             }
             Self::CalibratedOnRays => f.write_str(

@@ -55,6 +55,7 @@ pub(crate) fn record(folder: &Path) -> RunRecord {
     );
     let mut streams = witness.close(true);
     let stream = streams.get_mut("left").expect("watched");
+    stream.passed.iter_mut().for_each(|at| at.way_m = at.y_m);
     stream.scan_times = (1..=10).map(|scan| SimTime(scan * SECOND / 50)).collect();
     let matches = BTreeMap::from([(
         0,
@@ -401,6 +402,8 @@ fn impacted_areas_of_another_way_are_unknown() {
     let driven = |way_m: f64| {
         let mut run = record(folder.path());
         for stream in run.streams.values_mut() {
+            stream.estimate =
+                stream.estimate.take().map(|told| rowscan_canopy::Estimate { advance_m: Some(10.0), ..told });
             stream.passed = vec![
                 At { y_m: 0.0, way_m: 0.0 },
                 At { y_m: 10.0, way_m },
@@ -410,10 +413,18 @@ fn impacted_areas_of_another_way_are_unknown() {
         run
     };
     let bound = "what = \"impacted_total_area_m2\", below = 1";
+    // An encoder that never counted: its places are none, and the way is the rig's.
+    let mut dead = driven(10.0);
+    for stream in dead.streams.values_mut() {
+        stream.passed = vec![At { y_m: 0.0, way_m: 0.0 }, At { y_m: 0.0, way_m: 10.0 }];
+    }
+    let dead = Runs { all: vec![dead], without_faults: None, bless: false };
+    assert_eq!(verdict(bound, &dead, folder.path()).0, Passed);
     let without = "what = \"impacted_total_area_m2\", equals_run_without = \"faults\"";
     for (way_m, expect, beside, expected) in [
         (10.0, bound, None, Passed),
-        (10.1, bound, None, Passed),
+        (9.9, bound, None, Passed),
+        (9.7, bound, None, Error),
         (5.0, bound, None, Error),
         (10.0, without, Some(10.0), Passed),
         (10.0, without, Some(5.0), Error),

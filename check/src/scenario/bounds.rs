@@ -55,7 +55,9 @@ impl Bounds {
     pub(super) fn decide(&self, what: &What) -> Result<(), String> {
         let Some((least, most)) = what.reach().filter(|_| !self.is_empty()) else { return Ok(()) };
         let Bounds { equals, above, below, between, tolerance, .. } = *self;
-        let never = equals.is_some_and(|value| value + tolerance < least || value - tolerance > most)
+        let broken = |value: f64| what.is_whole() && tolerance == 0.0 && value.fract() != 0.0;
+        let never = equals.is_some_and(broken)
+            || equals.is_some_and(|value| value + tolerance < least || value - tolerance > most)
             || above.is_some_and(|value| value >= most)
             || below.is_some_and(|value| value <= least)
             || between.is_some_and(|(low, high)| low > most || high < least);

@@ -300,6 +300,9 @@ fn bounds_that_decide_nothing_are_refused() {
             ("between", format!("between = [{}, {}]", least - 2.0, least - 1.0)),
             ("between", format!("between = [{least}, {most}]")),
         ];
+        if what.is_whole() {
+            folder.refused(&text("equals = 1.5"));
+        }
         let finite = |(_, bound): &&(&str, String)| !bound.contains("inf") && !bound.contains("NaN");
         for (_, bound) in decides_nothing.iter().filter(takes).filter(finite) {
             let message = folder.refused(&text(bound));
