@@ -9,6 +9,8 @@ use rowscan_protocol::scan::{Scan, is_level};
 use rowscan_protocol::validity::{DeviceStatus, FaultCounts, ScanFault};
 use serde::Serialize;
 
+use crate::resolutions::Resolutions;
+
 /// How far beams may point beyond the field that the model states, degrees: devices differ by a few.
 const FIELD_TOLERANCE_DEG: f64 = 10.0;
 /// So many scans after a device has started may be marked as errors and are used all the same: recorded devices mark up to seven (LMS111;
@@ -92,6 +94,7 @@ pub(crate) struct Gate {
     pub(crate) contaminated: u64,
     /// Scans used that a setting took something from, by its place in [`LEFTOVERS`].
     leftovers: [u64; LeftoverSet::MOST],
+    pub(crate) resolutions: Resolutions,
     excluded: [u64; Exclusion::ALL.len()],
     faults: FaultCounts,
     blind: Blind,
@@ -129,6 +132,7 @@ impl Default for Gate {
             starting: Some(0),
             contaminated: 0,
             leftovers: [0; LeftoverSet::MOST],
+            resolutions: Resolutions::default(),
             excluded: [0; Exclusion::ALL.len()],
             faults: FaultCounts::default(),
             blind: Blind::default(),
@@ -187,6 +191,7 @@ impl Gate {
             return;
         }
         self.starting = None;
+        self.resolutions.add(scan);
         self.valid += 1;
         self.contaminated += u64::from(scan.status == DeviceStatus::ContaminationWarning);
         for (place, _) in scan.leftovers.iter() {
@@ -229,7 +234,9 @@ impl Gate {
                 let is_told = blind.since.is_some();
                 if let Some(since) = blind.since.take().or(blind.last) {
                     let way_m = y_m - blind.seen_y_m.map_or(since.y_m, |seen_y_m| since.y_m.max(seen_y_m));
-                    if way_m > longest_m || is_told && longest_m == 0.0 {
+                    // Before a step is known nobody can tell whether a line is missing.
+                    let is_missing = if longest_m > 0.0 { way_m > longest_m } else { is_told };
+                    if is_missing {
                         blind.metres += way_m.max(0.0);
                         blind.seconds += travel_s - since.travel_s;
                     }
@@ -308,6 +315,29 @@ mod tests {
             gate.line(*why, 0.1 * f64::from(turn), 0.1 * f64::from(turn), 0.5);
         }
         gate.blind_share()
+    }
+
+    /// Without a frequency the first step is known with the second line only: nothing is missing between the two.
+    #[test]
+    fn before_a_step_is_known_nothing_is_missing() {
+        let drive = |told: Option<Exclusion>| {
+            let mut gate = Gate::default();
+            gate.line(None, 0.0, 0.0, 0.0);
+            if let Some(why) = told {
+                gate.line(Some(why), 0.1, 0.1, 0.0);
+            }
+            for turn in 2..12 {
+                gate.line(
+                    None,
+                    0.1 * f64::from(turn),
+                    0.1 * f64::from(turn),
+                    if turn == 2 { 0.0 } else { 0.5 },
+                );
+            }
+            gate.blind_share()
+        };
+        assert_eq!(drive(None), 0.0);
+        assert!(drive(Some(Exclusion::DeviceError)) > 0.1);
     }
 
     #[test]

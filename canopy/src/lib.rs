@@ -84,6 +84,7 @@ pub mod reference;
 pub mod regression;
 mod remission;
 mod report;
+mod resolutions;
 mod row;
 mod row_pass;
 mod shares;

@@ -238,6 +238,15 @@ pub enum Warning {
         /// How many.
         scans: u64,
     },
+    /// Scans of several resolutions were used together.
+    OtherResolution {
+        /// Angle between beams of the first scan, degrees.
+        first_deg: f64,
+        /// The first other one, degrees.
+        other_deg: f64,
+        /// Scans of another one than the first.
+        scans: u64,
+    },
     /// Scans that were used although a setting of the device took something from them, as the recording tells.
     LeftOn {
         /// Which setting.
@@ -524,6 +533,7 @@ impl Warning {
             Self::Excluded { why: Exclusion::OtherLayer, .. } => "other_layer",
             Self::Excluded { .. } => "excluded",
             Self::ContaminationWarning { .. } => "contamination_warning",
+            Self::OtherResolution { .. } => "other_resolution",
             Self::LeftOn { .. } => "setting_left_on",
             Self::TooMuchExcluded { .. } => "too_much_excluded",
             Self::NothingValid => "nothing_valid",

@@ -237,7 +237,10 @@ fn measured(
     };
     let found = measure_of(measure, (id, stream), run).ok_or_else(unknown)?;
     let tried = without.into_iter().chain([run]).filter_map(|run| run.streams.get(id));
-    if let Some((estimate_m, way_m)) = tried.filter_map(other_way).next() {
+    // An error beside the truth shows what the way did; an area alone does not.
+    if measure == Measure::ImpactedTotalArea
+        && let Some((estimate_m, way_m)) = tried.filter_map(other_way).next()
+    {
         return Err(format!(
             "{name} of {id}: unknown: no encoder counted in its scans, so the estimate went {estimate_m:.2} m by the rig's constant speed, and the tractor {way_m:.2} m; \
              have the client switch the encoder on, or take the fault that changes the speed out"

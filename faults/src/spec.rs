@@ -95,7 +95,7 @@ impl FaultSpec {
             on: word("on")?,
             directions: given("direction").map_or(Ok(fault.directions.to_vec()), directions)?,
             at: given("at").map(At::read).transpose()?.unwrap_or_default(),
-            lasts: given("for").map(Lasts::read).transpose()?,
+            lasts: given("for").map(lasting).transpose()?,
             until: given("until").map(At::read).transpose()?,
             every: given("every").map(Lasts::read).transpose()?,
             p: given("p").map(probability).transpose()?,
@@ -167,6 +167,17 @@ fn find(found: &Located) -> Result<&'static Fault, TomlError> {
             None => format!("unknown fault `{name}`{}", suggestion(name, &names)),
         },
     })
+}
+
+/// Longer than nothing: else nothing would happen.
+fn lasting(found: &Located) -> Result<Lasts, TomlError> {
+    match Lasts::read(found)? {
+        Lasts::Time(Duration::ZERO) => Err(TomlError {
+            line: found.line,
+            message: "expected `for` of more than 0 s: nothing would happen".to_owned(),
+        }),
+        lasts => Ok(lasts),
+    }
 }
 
 /// More than 0: else nothing would happen.

@@ -141,13 +141,7 @@ impl Lasts {
             return Err(TomlError { line, message: "expected one of `s`, `scans`".to_owned() });
         };
         match key.as_str() {
-            "s" => match seconds(value)? {
-                Duration::ZERO => Err(TomlError {
-                    line: value.line,
-                    message: "expected more than 0 s: nothing would happen".to_owned(),
-                }),
-                time => Ok(Self::Time(time)),
-            },
+            "s" => seconds(value).map(Self::Time),
             "scans" => positive(value).map(Self::Scans),
             key => Err(unknown(value.line, key, LASTS_KEYS)),
         }

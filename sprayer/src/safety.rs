@@ -92,15 +92,18 @@ pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) 
         rest.filter(|span| span.length() > ROUNDING_S).collect::<Spans>()
     };
     let moved_s = moving.iter().next().map_or(f64::INFINITY, |span| span.from);
+    let litres_in = |times: &Spans| total(flows.iter().map(|flow| flow.litres_in(times)));
+    // Every drive begins from a stand: it is no stop, though what is sprayed then is sprayed against the rule.
+    let stood_s = |times: &Spans| {
+        let before = times.within(Span::new(f64::NEG_INFINITY, moved_s));
+        let is_clean = litres_in(&before) <= 0.0;
+        let stops = || times.within(Span::new(moved_s, f64::INFINITY));
+        if is_clean { stops().length() } else { times.length() }
+    };
     let of_all = rules.into_iter().map(|(rule, times)| {
         let times = later(&times);
-        let litres = total(flows.iter().map(|flow| flow.litres_in(&times)));
-        // Every drive begins from a stand: it is no stop, though what is sprayed then is sprayed against the rule.
-        let stops = times.within(Span::new(moved_s, f64::INFINITY));
-        let before = times.within(Span::new(f64::NEG_INFINITY, moved_s));
-        let is_clean = total(flows.iter().map(|flow| flow.litres_in(&before))) <= 0.0;
-        let forbidden = if rule == Rule::Standstill && is_clean { &stops } else { &times };
-        Breach { rule, forbidden_s: forbidden.length(), litres }
+        let forbidden_s = if rule == Rule::Standstill { stood_s(&times) } else { times.length() };
+        Breach { rule, forbidden_s, litres: litres_in(&times) }
     });
     let in_zones = pass.nozzles().iter().zip(flows).map(|(nozzle, flow)| {
         let times = later(&zones::within(boom, drive, nozzle));

@@ -5,11 +5,12 @@ use crate::estimate::Estimate;
 use crate::gate::Gate;
 use crate::leaf::{Count, Law, RangedAreas, Withheld};
 use crate::remission::CardDoubt;
+use crate::resolutions::OtherResolution;
 use crate::row_pass::{LatestScan, RowPass};
 use crate::warning::Warning;
 use rowscan_protocol::rig::{BeamWidth, EchoChoice};
 
-/// What lines stand for, metres: that much less than a tree was scanned where the drive went on by a tree.
+/// A drive that goes on for a whole tree may have scanned so much less of it, metres: it ends between two lines.
 const LINE_M: f64 = 0.05;
 
 /// How far the class's numbers may be off the rig's, relative.
@@ -45,7 +46,6 @@ pub(super) fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Optio
 pub(super) fn warn_of_row_end(estimate: &mut Estimate, pass: &RowPass) {
     let (Some(trees), Some(spacing_m)) = (pass.rig.trees, pass.rig.tree_spacing_m) else { return };
     let row_m = f64::from(trees) * spacing_m;
-    // A line stands for a stretch about it, which is short of a whole spacing at the ends by half of that.
     let least_m = spacing_m - LINE_M;
     let before = pass.row.metres.iter().filter(|metre| metre.index < 0);
     let past = pass.row.trees.iter().filter(|tree| tree.index >= trees.into());
@@ -66,6 +66,12 @@ pub(super) fn warn_of_excluded(estimate: &mut Estimate, gate: &Gate) {
         warnings.push(Warning::Unreadable { fault: fault.clone(), telegrams });
     }
     warnings.extend(gate.causes().map(|(why, scans)| Warning::Excluded { why, scans }));
+    let other = |OtherResolution { first_deg, other_deg, scans }| Warning::OtherResolution {
+        first_deg,
+        other_deg,
+        scans,
+    };
+    warnings.extend(gate.resolutions.others().map(other));
     warnings.extend(gate.leftovers().map(|(setting, scans)| Warning::LeftOn { setting, scans }));
     if gate.contaminated > 0 {
         warnings.push(Warning::ContaminationWarning { scans: gate.contaminated });

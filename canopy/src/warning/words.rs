@@ -236,6 +236,12 @@ impl fmt::Display for Warning {
                 let scans = plural(*scans, "scan, which was", "scans, which were");
                 write!(f, "the device warns of a dirty window in {scans} used: clean the window")
             }
+            Self::OtherResolution { first_deg, other_deg, scans } => write!(
+                f,
+                "{} of another resolution than the first scan's {first_deg}°, as {other_deg}°: beams that differ are counted together; estimate each stretch by itself \
+                 (`--scans`), or leave the scanner's mode as it is while it drives",
+                plural(*scans, "scan used is", "scans used are")
+            ),
             Self::LeftOn { setting, scans } => write!(
                 f,
                 "{}, in {}: areas and leaf areas are of what that left; scan again without it",

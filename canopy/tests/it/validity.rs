@@ -2,6 +2,7 @@
 
 use crate::common::{self, lms111, open_rig, wall};
 use rowscan_canopy::{AdvanceSource, GroundSpeed, Pipeline, Warning};
+use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::rig::{Mount, Rig};
 use rowscan_protocol::scan::{EncoderReading, Scan};
@@ -18,6 +19,33 @@ fn drive(ticks: impl Fn(u32) -> u32) -> Vec<Scan> {
         scan.encoders = vec![EncoderReading { position_ticks: ticks(turn), speed: 0 }];
     }
     scans
+}
+
+/// A client that changes the scanner's mode on the way.
+#[test]
+fn scans_of_another_resolution_than_the_first_are_told() {
+    let told = |scans: &[Scan]| {
+        let warnings = pushed(Pipeline::new(Some(&rig()), 0, None).unwrap(), scans).warnings;
+        warnings.into_iter().find(|warning| warning.code() == "other_resolution")
+    };
+    let fine = drive(|turn| 20 * turn);
+    let mut mixed = fine.clone();
+    for scan in mixed.iter_mut().skip(200) {
+        let beams = scan.beams;
+        scan.beams = BeamGrid::spanning(
+            beams.start,
+            beams.start + i32::from(beams.step) * i32::from(beams.count - 1),
+            2 * beams.step,
+        );
+        let ranges = std::mem::take(&mut scan.echoes[0].range_m);
+        scan.echoes[0].range_m = ranges.into_iter().step_by(2).collect();
+    }
+    assert_eq!(told(&fine), None);
+    let first_deg = fine[0].beams.step_deg();
+    assert_eq!(
+        told(&mixed),
+        Some(Warning::OtherResolution { first_deg, other_deg: 2.0 * first_deg, scans: 50 })
+    );
 }
 
 fn pushed(mut pipeline: Pipeline, scans: &[Scan]) -> rowscan_canopy::Estimate {

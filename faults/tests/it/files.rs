@@ -67,6 +67,16 @@ fn mistakes_name_their_line_and_the_remedy() {
             "`for` and `until` are two ways to say one thing; leave one out",
         ),
         ("name = \"stall\"\nevery = { s = 0 }\n", 3, "expected `every` of 0.001 s or more"),
+        ("name = \"stall\"\nfor = { s = 0 }\n", 3, "expected `for` of more than 0 s: nothing would happen"),
+        (
+            "name = \"stall\"\np = 0\n",
+            3,
+            "expected a probability of more than 0, found 0: nothing would happen",
+        ),
+        ("name = \"delay\"\nms = 0\n", 3, "expected `ms` other than 0: nothing would happen"),
+        ("name = \"clock_step\"\ns = 0\n", 3, "expected `s` other than 0: nothing would happen"),
+        ("name = \"lateral\"\nm = 0\n", 3, "expected `m` other than 0: nothing would happen"),
+        ("name = \"valve_slow\"\nms = 0\n", 3, "expected `ms` other than 0: nothing would happen"),
         ("name = \"refuse\"\ndirection = \"both\"\n", 3, "`refuse` has no direction; leave it out"),
         (
             "name = \"inject\"\nhex = \"0g\"\n",

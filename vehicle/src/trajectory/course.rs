@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 /// So far before the first row and behind the end of the last one, metres, nothing that the tractor carries is beside it.
-pub(super) const CLEAR_M: f64 = 8.0;
+const CLEAR_M: f64 = 8.0;
 
 /// Where the tractor is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
