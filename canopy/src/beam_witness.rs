@@ -2,8 +2,8 @@
 //!
 //! Three neighbouring beams on the ground lie on a line: rays to the resolution of their ranges, also on clods and between blades of grass; real ranges scatter by
 //! millimetres, in rain, snow and dust as well. Foliage tells nothing: three rays on three leaves scatter, too.
-//! What is narrower than the angle between two beams is met, or passed, by one of them alone: leaves and holes are so to a ray, hardly to a spot that is wider
-//! than that angle. So rays with noise are told from spots, and spots without noise from rays.
+//! A leaf or a hole that is narrower than the angle between two beams is seen by one of them alone. Rays see many of these. Spots that are wider than that angle
+//! see hardly any. So rays with noise are told from spots, and spots without noise from rays.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -14,10 +14,11 @@ use rowscan_protocol::rig::{BeamWidth, Mount};
 
 use crate::geometry::{Reading, reading};
 
-/// Triples before anything is said, and edges before anything is said by them.
+/// Triples before anything is said.
 const LEAST_TRIPLES: u64 = 1000;
 /// Share of triples on one surface where surfaces are larger than three beams.
 const LEAST_ONE_SURFACE: f64 = 0.5;
+/// Edges before anything is said by them.
 const LEAST_EDGES: u64 = 300;
 /// Farther from the line of its neighbours, a range is of another surface, metres.
 const SAME_SURFACE_M: f64 = 0.025;
@@ -56,10 +57,9 @@ const LMS2XX_TURN_DEG: f64 = 1.0;
 /// Counts of a pass so far.
 #[derive(Clone, Debug)]
 pub(crate) struct BeamWitness {
-    /// How high the mirror stands, metres.
-    height_m: f64,
-    /// Of the latest scan's grid, how much higher each beam comes a metre.
+    /// Of the latest scan.
     grid: BeamGrid,
+    /// How much higher each of its beams comes a metre.
     rise: Vec<f64>,
     /// Of the scanner's model; `None` where nobody knows.
     spot: Option<Spot>,
@@ -111,7 +111,6 @@ impl BeamWitness {
             Some(AnyModel::Cola(_)) | None => 0.0,
         };
         Self {
-            height_m: mount.height_m,
             grid: BeamGrid::default(),
             rise: Vec::new(),
             spot,
@@ -134,16 +133,16 @@ impl BeamWitness {
             self.grid = grid;
             self.rise.clear();
             self.rise.extend((0..grid.len()).map(|i| mount.theta_deg(grid.angle_deg(i)).to_radians().sin()));
+            let turn_step = step.max(self.turn_step_deg.to_radians());
+            let spot_m = self.spot.map_or(f64::INFINITY, |spot| 2.0 * spot.radius_m(COMPARED_AT_M));
+            self.overlap = spot_m > OVERLAP * turn_step * COMPARED_AT_M;
         }
-        let turn_step = step.max(self.turn_step_deg.to_radians());
-        let spot_m = self.spot.map_or(f64::INFINITY, |spot| 2.0 * spot.radius_m(COMPARED_AT_M));
-        self.overlap = spot_m > OVERLAP * turn_step * COMPARED_AT_M;
-        self.add_triples(step, range_m);
+        self.add_triples(mount.height_m, step, range_m);
         let stride = (EDGE_STEP_DEG.max(self.turn_step_deg) / grid.step_deg()).round().max(1.0) as usize;
         self.add_edges(range_m.iter().step_by(stride));
     }
 
-    fn add_triples(&mut self, step: f64, range_m: &[f64]) {
+    fn add_triples(&mut self, height_m: f64, step: f64, range_m: &[f64]) {
         let twice_cos = 2.0 * step.cos();
         for (three, rise) in range_m.windows(3).zip(self.rise.iter().skip(1)) {
             let &[before_m, at_m, after_m] = three else { continue };
@@ -152,7 +151,7 @@ impl BeamWitness {
             }
             // Steeper surfaces make more of a range's rounding.
             let is_steep = (after_m - before_m).abs() > 4.0 * step * at_m;
-            let is_ground = self.height_m + at_m * rise < GROUND_M;
+            let is_ground = height_m + at_m * rise < GROUND_M;
             if is_steep || !is_ground || three.iter().copied().all(is_coarse) {
                 continue;
             }

@@ -209,11 +209,6 @@ fn measure_of(measure: Measure, (id, stream): (&str, &Stream), run: &RunRecord) 
     }
 }
 
-/// As [`truth::other_way`].
-fn other_way(stream: &Stream) -> Option<(f64, f64)> {
-    truth::other_way(stream.estimate.as_ref()?, &stream.passed)
-}
-
 fn measured(
     scenario: &Scenario,
     expect: &Expect,
@@ -236,10 +231,13 @@ fn measured(
         format!("{name} of {id}: unknown after {scans} scans; {}", why.join("; "))
     };
     let found = measure_of(measure, (id, stream), run).ok_or_else(unknown)?;
-    let tried = without.into_iter().chain([run]).filter_map(|run| run.streams.get(id));
-    // An error beside the truth shows what the way did; an area alone does not.
+    let other_way = |run: &RunRecord| {
+        let stream = run.streams.get(id)?;
+        truth::other_way(stream.estimate.as_ref()?, &stream.passed)
+    };
+    // A leaf area's error is taken against the truth, so a wrong way shows in it. In an area alone it does not.
     if measure == Measure::ImpactedTotalArea
-        && let Some((estimate_m, way_m)) = tried.filter_map(other_way).next()
+        && let Some((estimate_m, way_m)) = without.into_iter().chain([run]).find_map(other_way)
     {
         return Err(format!(
             "{name} of {id}: unknown: no encoder counted in its scans, so the estimate went {estimate_m:.2} m by the rig's constant speed, and the tractor {way_m:.2} m; \

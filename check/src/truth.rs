@@ -50,8 +50,8 @@ impl Reach {
     }
 }
 
-/// Where an estimate went by the rig's constant speed and the tractor did not: the way by the one and by the other, metres. What such an estimate says of areas is
-/// of another way than the one that was driven.
+/// Where an estimate went by the rig's constant speed and the tractor did not: the way by the one and by the other, metres. Its areas belong
+/// to a way that was not driven.
 pub(crate) fn other_way(estimate: &Estimate, passed: &[Passed]) -> Option<(f64, f64)> {
     if estimate.advance_source != Some(AdvanceSource::Constant) {
         return None;

@@ -117,12 +117,10 @@ fn edges(expect: &Expect, sprayer: &SprayerRun) -> Result {
         Some("spurious") => (of.spurious, "spurious edges", [false, true]),
         Some(other) => return Err(format!("`of`: expected \"missed\" or \"spurious\", found \"{other}\"")),
     };
-    let is_wanted = |pair: &&EdgePair| pair.wanted_s.is_some() && edge.is_none_or(|edge| edge == pair.edge);
-    let decided =
-        sprayer.edges.all().iter().filter(is_wanted).filter(|pair| pair.undecided.is_none()).count();
+    let none_decided = sprayer.edges.p95_with_missed_m(edge).is_none();
     // Where none was wanted, none can be missed, and one for nothing can be.
     let none_wanted = of.wanted == 0 && is_spurious;
-    if is_missed && decided == 0 && found == 0 && !none_wanted {
+    if is_missed && none_decided && found == 0 && !none_wanted {
         return Err(format!("{what}: unknown: no edge was wanted that could be met{}", undecided(&of)));
     }
     let message = format!(
