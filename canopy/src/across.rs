@@ -5,7 +5,7 @@
 //! the two lies on the axis or a little before it.
 
 /// What stands lower tells nothing of crowns: weeds, grass, stumps; metres above the ground.
-const LOWEST_M: f64 = 0.5;
+pub(crate) const LOWEST_M: f64 = 0.5;
 /// Width of a bin, metres.
 const BIN_M: f64 = 0.05;
 /// How far from the axis bins reach, metres.

@@ -34,8 +34,8 @@ const BEAMS_EXACT: f64 = 0.4;
 const EDGE_M: f64 = 0.3;
 /// Farther away spots are wide, and foliage is of other rows, metres.
 const FAR_M: f64 = 8.0;
-/// Angle between the beams that edges are looked for at, degrees: of finer ones every n-th.
-const EDGE_STEP_DEG: f64 = 1.0 / 3.0;
+/// Angle between the beams that are compared with each other, degrees: of finer ones several lie in one spot.
+const COMPARED_STEP_DEG: f64 = 1.0 / 3.0;
 /// Returns that are nearer to each other than this are of one surface, before and behind a hole, metres.
 const SAME_DEPTH_M: f64 = 0.1;
 /// Edges whose return stands alone: rays 0.13 to 0.5, beams 0.01 to 0.1, and 0.2 to 0.8 in rain and snow.
@@ -138,8 +138,7 @@ impl BeamWitness {
             self.overlap = spot_m > OVERLAP * turn_step * COMPARED_AT_M;
         }
         self.add_triples(mount.height_m, step, range_m);
-        let stride = (EDGE_STEP_DEG.max(self.turn_step_deg) / grid.step_deg()).round().max(1.0) as usize;
-        self.add_edges(range_m.iter().step_by(stride));
+        self.add_edges(range_m.iter().step_by(compared_step(grid, self.turn_step_deg)));
     }
 
     fn add_triples(&mut self, height_m: f64, step: f64, range_m: &[f64]) {
@@ -194,8 +193,13 @@ impl BeamWitness {
     }
 }
 
+/// Every so many-th beam is compared with its neighbours, which are this far apart at least, degrees.
+pub(crate) fn compared_step(grid: BeamGrid, least_deg: f64) -> usize {
+    (COMPARED_STEP_DEG.max(least_deg) / grid.step_deg()).round().max(1.0) as usize
+}
+
 /// How far a beam goes, metres: endless where it met nothing, not a number where nobody knows.
-fn depth_m(range_m: f64) -> f64 {
+pub(crate) fn depth_m(range_m: f64) -> f64 {
     match reading(range_m) {
         Reading::Return => range_m,
         Reading::Miss => f64::INFINITY,

@@ -42,6 +42,7 @@
 
 mod across;
 mod advance;
+mod air_witness;
 mod answers;
 mod beam_line;
 mod beam_witness;
@@ -90,6 +91,7 @@ mod row_pass;
 mod shares;
 pub mod shipped;
 mod speeds;
+mod still_witness;
 mod stray_returns;
 mod stream;
 mod trees;

@@ -3,6 +3,7 @@
 mod warned;
 
 use crate::across::{Faces, Growth};
+use crate::air_witness::InAir;
 use crate::beam_witness::OtherBeams;
 use crate::by_height::{self, ByHeight};
 use crate::calibration::{Calibration, Optics};
@@ -18,6 +19,7 @@ use crate::level::LevelSurface;
 use crate::odometry::AdvanceSource;
 use crate::pieces::{self, PieceScatter, RowSds};
 use crate::row_pass::{LatestScan, RowPass};
+use crate::still_witness::StoodStill;
 use crate::trees::Cell;
 use crate::uncertainty::{self, Uncertainty, blocks};
 use crate::voxel_edge::OtherEdge;
@@ -423,6 +425,15 @@ fn row(
     }
     let other_echo = pass.other_echo.zip(pass.mount.echo);
     estimate.warnings.extend(other_echo.map(|(given, told)| Warning::OtherEcho { told, given }));
+    estimate.warnings.extend(pass.in_air().map(|found| match found {
+        InAir::Weather { share, withheld } => Warning::InTheAir { share, withheld },
+        InAir::Rides { share, lines } => {
+            Warning::RidesAlong { share, lines, distance_m: pass.mount.distance_m }
+        }
+    }));
+    let stood =
+        |StoodStill { share, withheld }| Warning::StoodStill { share, withheld, by: pass.odometry.source() };
+    estimate.warnings.extend(pass.row.stood_still().map(stood));
     match leaves {
         Err(Withheld::NoFoliage) => {
             estimate.warnings.push(Warning::NoFoliage { share: contact.too_dense });

@@ -3,11 +3,13 @@
 mod echo;
 mod ground;
 mod told;
+mod witnesses;
 
 use std::sync::Arc;
 
 use rowscan_protocol::rig::{EchoChoice, Mount, Rig, RowSide};
 
+use self::witnesses::Witnesses;
 use crate::across::Across;
 use crate::advance::Weighted;
 use crate::answers::Answers;
@@ -21,8 +23,7 @@ use crate::estimate::{ContactReport, ReturnCounts, SidesReport};
 use crate::estimator::{Contact, EstimatorInfo, Estimators, Setting, SightedLine, Sighting, Slice, Stretch};
 use crate::geometry::{BeamTable, Frame, Place, Reading, reading};
 use crate::ground_line::GroundLine;
-use crate::leaf::Withheld;
-use crate::leaf::{SliceLeaf, Slices, by_band};
+use crate::leaf::{SliceLeaf, Slices, Withheld, by_band};
 use crate::level::Levels;
 use crate::looks::Looks;
 use crate::other_side::{Joining, Kept, OtherSide};
@@ -84,6 +85,7 @@ pub(crate) struct Row {
     by_height: Option<Box<ByHeight>>,
     /// Where it lies across the row.
     across: Across,
+    witnesses: Witnesses,
     /// Slices that are kept for a pass from the row's other side.
     kept: Option<Kept>,
     /// What a pass from the other side saw.
@@ -166,6 +168,7 @@ impl Row {
             strays: Strays::default(),
             by_height: None,
             across: Across::default(),
+            witnesses: Witnesses::default(),
             kept: None,
             joining: None,
             trees: Cells::new(parameters.max_cells),
@@ -257,6 +260,7 @@ impl Row {
         self.outline.add_line(weight_m);
         self.patches.add_line(range_m);
         self.voxels.add_line(beams, self.patches.fresh(), weight_m);
+        self.witnesses.add(&self.frame, &self.table, line.y_m, grid, range_m);
         let Placed { area_m, returns, trunk } = self.place_returns(range_m, line);
         self.estimators.enter_tree(keys.tree);
         self.estimators.line(&SightedLine { weight_m, sightings: &self.sightings });

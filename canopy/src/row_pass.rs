@@ -3,9 +3,10 @@
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::counting::Link;
 use rowscan_protocol::model::AnyModel;
-use rowscan_protocol::rig::{EchoChoice, Mount, Rig};
+use rowscan_protocol::rig::{BeamWidth, EchoChoice, Mount, Rig};
 
 use crate::advance::{Advance, Step, Weighted};
+use crate::air_witness::InAir;
 use crate::beam_line::KeptBeams;
 use crate::beam_witness::{BeamWitness, OtherBeams};
 use crate::beside::Beside;
@@ -124,6 +125,11 @@ impl RowPass {
     /// The beams that the scans are of, where the rig says others.
     pub(crate) fn other_beams(&self) -> Option<OtherBeams> {
         self.beams.against(self.rig.optics)
+    }
+
+    /// What is in the air before the row. Rays meet nothing there.
+    pub(crate) fn in_air(&self) -> Option<InAir> {
+        self.row.in_air().filter(|_| self.rig.optics == Some(BeamWidth::Device))
     }
 
     /// Y of the mirror at the latest line that stands for some of the row, metres: where the plane leans, the row's latest lines lie elsewhere.

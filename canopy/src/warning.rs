@@ -1,5 +1,6 @@
 //! What a reader of an estimate must know beside its numbers.
 
+mod code;
 mod words;
 
 use rowscan_protocol::host::SettingNote;
@@ -419,6 +420,31 @@ pub enum Warning {
         /// How far the axis is from the mirror by the rig, metres.
         distance_m: f64,
     },
+    /// Scans are of one place, and the way goes on between them: the tractor stood.
+    StoodStill {
+        /// Share of the row, by the way.
+        share: f64,
+        /// Whether leaf areas are withheld for it.
+        withheld: bool,
+        /// What the way is by.
+        by: Option<AdvanceSource>,
+    },
+    /// Rain, snow, fog or dust returned beams before they reached the row.
+    InTheAir {
+        /// Share of the canopy's returns that lie close to the scanner's way.
+        share: f64,
+        /// Whether leaf areas are withheld for it.
+        withheld: bool,
+    },
+    /// Something that rides with the scanner returned its beams before they reached the row: leaf areas are withheld.
+    RidesAlong {
+        /// Share of the canopy's returns that lie close to the scanner's way.
+        share: f64,
+        /// Share of the lines that have returns there.
+        lines: f64,
+        /// How far the axis is from the mirror by the rig, metres.
+        distance_m: f64,
+    },
     /// The canopy does not stand about the rig's row axis: leaf areas are withheld.
     RowElsewhere {
         /// Where its near face lies, metres behind the axis; less than 0 before it.
@@ -488,87 +514,6 @@ impl Warning {
             }
         }
         codes
-    }
-
-    /// One word to branch on.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::Uncalibrated => "uncalibrated",
-            Self::NoFarRowGate => "no_far_row_gate",
-            Self::OpticsUnknown => "optics_unknown",
-            Self::WeakRegression { .. } => "weak_regression",
-            Self::SharesDisagree { .. } => "shares_disagree",
-            Self::NoWitness => "no_witness",
-            Self::CardTooShort => "card_too_short",
-            Self::CardLaw { .. } => "card_law",
-            Self::OtherBeams { .. } => "other_beams",
-            Self::CalibratedOnRays => "calibrated_on_rays",
-            Self::EchoUnknown => "echo_unknown",
-            Self::RemissionAssumed => "remission_assumed",
-            Self::RemissionMissing { .. } => "remission_missing",
-            Self::ClassMismatch { .. } => "class_mismatch",
-            Self::OutsideClass { .. } => "class",
-            Self::ClassUnknown { .. } => "class_unknown",
-            Self::OutsideFittedRange { refused: false, .. } => "outside_fitted_range",
-            Self::OutsideFittedRange { refused: true, .. } => "refused",
-            Self::TreesRefused { .. } => "trees_refused",
-            Self::MetresRefused { .. } => "metres_refused",
-            Self::NoFoliage { .. } => "no_foliage",
-            Self::MostlyWood { .. } => "mostly_wood",
-            Self::BehindStart { .. } => "behind_start",
-            Self::GapsNotFilled { .. } => "gaps_not_filled",
-            Self::Restarts { .. } => "restarts",
-            Self::NoDeviceClock { .. } => "no_device_clock",
-            Self::TurnsLeftOut { .. } => "turns_left_out",
-            Self::CountersContradict { .. } => "counters_contradict",
-            Self::SegmentsLost { .. } => "segments_lost",
-            Self::BrokenOff { .. } => "broken_off",
-            Self::StreamsLeftOut { .. } => "streams_left_out",
-            Self::OtherRig { .. } => "other_rig",
-            Self::OtherOptics { .. } => "other_optics",
-            Self::OtherEcho { .. } => "other_echo",
-            Self::Setting(note) => note.code(),
-            Self::OtherModel { .. } => "other_model",
-            Self::Unreadable { .. } => "unreadable",
-            Self::Excluded { why: Exclusion::OtherLayer, .. } => "other_layer",
-            Self::Excluded { .. } => "excluded",
-            Self::ContaminationWarning { .. } => "contamination_warning",
-            Self::OtherResolution { .. } => "other_resolution",
-            Self::LeftOn { .. } => "setting_left_on",
-            Self::TooMuchExcluded { .. } => "too_much_excluded",
-            Self::NothingValid => "nothing_valid",
-            Self::EncoderStood { .. } => "encoder_stood",
-            Self::Stood { .. } => "stood",
-            Self::UnknownBeams { .. } => "unknown_beams",
-            Self::EncoderStuck { .. } => "encoder_stuck",
-            Self::EncoderSpeed { .. } => "encoder_speed",
-            Self::EncoderJumped { .. } => "encoder_jumped",
-            Self::SidesShifted { .. } => "sides_shifted",
-            Self::SidesApart => "sides_apart",
-            Self::SidesSame => "sides_same",
-            Self::ConstantSpeed { .. } => "constant_speed",
-            Self::WaysDiffer { .. } => "ways_differ",
-            Self::NoEncoder { .. } => "no_encoder",
-            Self::NoTime { .. } => "no_time",
-            Self::SpeedHeld { .. } => "speed_held",
-            Self::GroundAsCanopy { .. } => "ground_as_canopy",
-            Self::OutOfSight { .. } => "out_of_sight",
-            Self::GroundSilent { .. } | Self::GroundUnmet { .. } => "ground_silent",
-            Self::VoxelEdge { .. } => "voxel_edge",
-            Self::TooFewBeams { .. } => "too_few_beams",
-            Self::TooManyLeaves { .. } => "too_many_leaves",
-            Self::CanopyAtScanner { .. } => "canopy_at_scanner",
-            Self::RowElsewhere { .. } => "row_elsewhere",
-            Self::MostlyUnseen { .. } => "mostly_unseen",
-            Self::GroundSlope { .. } => "ground_slope",
-            Self::Clearance { .. } => "ground_clearance",
-            Self::GrowthInAlley { .. } => "growth_in_alley",
-            Self::GroundLevel { .. } | Self::BelowGround { .. } => "ground_level",
-            Self::BeforeRow { .. } => "before_row",
-            Self::PastRow { .. } => "past_row",
-            Self::TooManyCells { .. } => "too_many_cells",
-            Self::TooFewBlocks { .. } => "too_few_blocks",
-        }
     }
 }
 

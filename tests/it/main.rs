@@ -10,6 +10,7 @@
 
 mod common;
 
+mod air_and_stand;
 mod any_bytes;
 mod bad_input;
 mod before_drive;

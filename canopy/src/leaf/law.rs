@@ -6,6 +6,7 @@ use super::estimator::LeafAreaEstimator;
 use super::leafy::Leafy;
 use super::sums::Sums;
 use super::withheld::Withheld;
+use crate::air_witness::InAir;
 use crate::calibration::wood::LEAST_LEAF;
 use crate::calibration::{Calibration, ClumpingBy, FittedRange, Optics, RegressionKind};
 use crate::class::RowClass;
@@ -95,6 +96,8 @@ impl<'a> Law<'a> {
             Some(Withheld::OtherBeams)
         } else if row.lacks_the_echo() {
             Some(Withheld::EchoUnknown)
+        } else if let Some(why) = pass.in_air().and_then(InAir::withheld) {
+            Some(why)
         } else if row.other_slope().is_some_and(|slope| slope.withheld) {
             Some(Withheld::GroundSlope)
         } else if row.ground_in_canopy().is_some() {
@@ -105,6 +108,8 @@ impl<'a> Law<'a> {
             Some(Withheld::OutOfSight)
         } else if sampled.too_dense() > NO_FOLIAGE {
             Some(Withheld::NoFoliage)
+        } else if row.stood_still().is_some_and(|stood| stood.withheld) {
+            Some(Withheld::StoodStill)
         } else if row.below_ground().is_some() {
             Some(Withheld::GroundLevel)
         } else if sampled.untold() > UNTOLD {

@@ -77,6 +77,9 @@ reasons! {
     MostlyUnseen = 35, "mostly_unseen", "too few beams reached half of the row";
     CanopyAtScanner = 36, "canopy_at_scanner", "much of the canopy lies where the scanner was driven";
     OtherBeams = 37, "other_beams", "the scans are of other beams than the rig says: rays for a scanner's, or a scanner's for rays";
+    InTheAir = 38, "in_the_air", "rain, snow, fog or dust returns many of the beams before they reach the row";
+    RidesAlong = 39, "rides_along", "something that rides with the scanner returns its beams before they reach the row";
+    StoodStill = 40, "stood_still", "the way goes on between scans that are of one place";
 }
 
 impl fmt::Display for Withheld {

@@ -8,6 +8,7 @@ use rowscan_protocol::rig::BeamWidth;
 
 use super::Warning;
 use crate::across::NEAR_SCANNER_M;
+use crate::air_witness::BESIDE_SCANNER_M;
 use crate::class::ClassKey;
 use crate::gate::Exclusion;
 use crate::level::{FAR_BELOW_M, GRASS_M};
@@ -392,6 +393,33 @@ impl fmt::Display for Warning {
                 "{:.0} % of the canopy's returns lie within {NEAR_SCANNER_M} m of the scanner's way: it was driven through the crowns, where leaves before the mirror hide all others, so leaf areas are withheld; \
                  drive farther from the row, or measure `distance_m`, {distance_m} m, again",
                 100.0 * share
+            ),
+            Self::StoodStill { share, withheld, by } => {
+                let way = by.unwrap_or_default().name();
+                write!(
+                    f,
+                    "{:.0} % of the scans that tell it are of one place, and the way by {way} goes on between them: one stretch counts many times{}; leave out the scans of a tractor that stands, or \
+                     take the way from what tells the stand (an encoder, --gnss, --can)",
+                    100.0 * share,
+                    if *withheld { ", and leaf areas are withheld" } else { "" }
+                )
+            }
+            Self::InTheAir { share, withheld } => {
+                write!(
+                    f,
+                    "{:.1} % of the canopy's returns lie within {NEAR_SCANNER_M} m of the scanner's way, and most of them stand alone, as those of rain, snow, fog and dust do: ",
+                    100.0 * share
+                )?;
+                f.write_str(match withheld {
+                    true => "leaf areas are withheld; heights, volumes and impacted areas count them, too; scan again in clear air",
+                    false => "they count as leaves, and leaf areas read up to 10 % too high; scan again in clear air to be sure",
+                })
+            }
+            Self::RidesAlong { share, lines, distance_m } => write!(
+                f,
+                "{:.1} % of the canopy's returns lie within {BESIDE_SCANNER_M} m of the scanner's way, in {:.0} % of the lines, wherever the tractor was, and the row's axis is {distance_m} m away: spray before the scanner, or a part of the machine in its beams,                  counts as leaves, so leaf areas are withheld; mount the scanner ahead of the nozzles and clear of the machine, or scan with the nozzles shut",
+                100.0 * share,
+                100.0 * lines
             ),
             Self::RowElsewhere { near_m, far_m, distance_m } => {
                 let place = |behind_m: f64| {

@@ -111,7 +111,7 @@ proptest! {
             prop_assert!(numbers_are_finite(&progress));
         }
         let estimate = pipeline.finish();
-        let of_leaves = ["no_foliage", "optics_unknown", "other_beams", "ground_slope", "ground_as_canopy", "ground_level", "out_of_sight", "ground_silent", "row_elsewhere", "mostly_unseen", "canopy_at_scanner", "too_few_beams", "too_many_leaves"];
+        let of_leaves = ["no_foliage", "optics_unknown", "other_beams", "ground_slope", "ground_as_canopy", "ground_level", "out_of_sight", "ground_silent", "stood_still", "in_the_air", "rides_along", "row_elsewhere", "mostly_unseen", "canopy_at_scanner", "too_few_beams", "too_many_leaves"];
         let withheld = estimate.leaf.areas.best_m2().err().is_some_and(|why| of_leaves.contains(&why.code()));
         // serde_json writes NaN as null: what must be a number is looked at by itself.
         for (key, value) in [
@@ -133,7 +133,7 @@ proptest! {
             prop_assert!(tree.leaf.areas.best_m2().ok().map_or(withheld, f64::is_finite));
         }
         if rig.is_some() && estimate.is_withheld() {
-            let reasons = ["nothing_valid", "too_much_excluded", "no_time", "no_encoder", "no_foliage", "optics_unknown", "other_beams", "ground_slope", "ground_as_canopy", "ground_level", "out_of_sight", "ground_silent", "row_elsewhere", "mostly_unseen", "canopy_at_scanner", "too_few_beams", "too_many_leaves", "stood", "unknown_beams"];
+            let reasons = ["nothing_valid", "too_much_excluded", "no_time", "no_encoder", "no_foliage", "optics_unknown", "other_beams", "ground_slope", "ground_as_canopy", "ground_level", "out_of_sight", "ground_silent", "stood_still", "in_the_air", "rides_along", "row_elsewhere", "mostly_unseen", "canopy_at_scanner", "too_few_beams", "too_many_leaves", "stood", "unknown_beams"];
             let told = estimate.warnings.iter().any(|warning| reasons.contains(&warning.code()));
             prop_assert!(told, "areas are null without a reason: {:?}", estimate.warnings);
         }
