@@ -38,4 +38,4 @@ pub use frame::{CanFrame, CanId, J1939Id};
 pub use join::{Bus, Inbox, Stamped};
 pub use link::BusError;
 pub use news::{BusNews, BusWatch};
-pub use port_event::{BusLoss, Origin, PortEvent};
+pub use port_event::{BusLoss, Origin, PortEvent, Refused};

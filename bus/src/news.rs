@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::node::AddressState;
-use super::port_event::{BusLoss, PortEvent};
+use super::port_event::{BusLoss, PortEvent, Refused};
 
 /// A change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -17,6 +17,12 @@ pub enum BusNews {
     /// A port that was off is on the bus again.
     #[error("the CAN bus is back")]
     Back,
+    /// The first that a client of a port sent and that was refused.
+    #[error(
+        "a client of the bus sent `{0}`, which is no frame and no command that its port takes: it was answered so, nothing came of it, and more of that kind is not told; \
+         docs/can.md has the forms"
+    )]
+    Refused(Refused),
 }
 
 /// Knows what has been told.
@@ -24,6 +30,8 @@ pub enum BusNews {
 pub struct BusWatch {
     address_lost: bool,
     off: BTreeSet<usize>,
+    /// Ports of which a refusal was told.
+    refused: BTreeSet<usize>,
 }
 
 impl BusWatch {
@@ -31,6 +39,9 @@ impl BusWatch {
     pub fn news(&mut self, port: usize, heard: PortEvent, address: AddressState) -> Option<BusNews> {
         match (heard, address) {
             (PortEvent::Lost(loss), _) => self.off.insert(port).then_some(BusNews::Off(loss)),
+            (PortEvent::Refused(refused), _) => {
+                self.refused.insert(port).then_some(BusNews::Refused(refused))
+            }
             (PortEvent::Opened, _) if self.off.remove(&port) => Some(BusNews::Back),
             (_, AddressState::Lost(address)) if !self.address_lost => {
                 self.address_lost = true;
@@ -58,5 +69,10 @@ mod tests {
         let lost = AddressState::Lost(0xF0);
         assert_eq!(watch.news(0, PortEvent::Opened, lost), Some(BusNews::AddressLost(0xF0)));
         assert_eq!(watch.news(0, PortEvent::Opened, lost), None);
+        let refused = |text: &str| PortEvent::Refused(Refused::of(text.as_bytes()));
+        let first = watch.news(0, refused("send 18FF1427 8 FA"), lost);
+        assert!(first.is_some_and(|news| news.to_string().contains("`send 18FF1427 8 FA`")), "{first:?}");
+        assert_eq!(watch.news(0, refused("send 1"), lost), None);
+        assert!(watch.news(1, refused("send 1"), lost).is_some(), "another port");
     }
 }

@@ -1,5 +1,7 @@
 //! What passes between the bus and its ports.
 
+use std::fmt;
+
 use rowscan_ports::in_flight::Pending;
 use rowscan_protocol::time::SimTime;
 
@@ -44,6 +46,40 @@ pub enum PortEvent {
     Frame(CanFrame),
     /// The port is off its bus until it is [`PortEvent::Opened`] again.
     Lost(BusLoss),
+    /// A client sent what is no frame and no command; it was answered so, and nothing came of it.
+    Refused(Refused),
+}
+
+/// What a client sent that was refused: its beginning.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Refused {
+    bytes: [u8; Self::MOST],
+    len: u8,
+}
+
+impl Refused {
+    /// Bytes that are kept.
+    const MOST: usize = 63;
+
+    /// Keeps the beginning of what was sent.
+    pub fn of(sent: &[u8]) -> Self {
+        let mut bytes = [0; Self::MOST];
+        let len = sent.len().min(Self::MOST);
+        bytes.iter_mut().zip(sent).for_each(|(kept, byte)| *kept = *byte);
+        Self { bytes, len: len as u8 }
+    }
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.bytes.get(..usize::from(self.len)).unwrap_or_default().escape_ascii())
+    }
+}
+
+impl fmt::Debug for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Refused({self})")
+    }
 }
 
 /// What goes out of a port.

@@ -75,7 +75,7 @@ impl CanopySensors {
                         PortEvent::Frame(frame) => {
                             speaker.ecu.handle(speaker.now, &frame, &mut speaker.frames);
                         }
-                        PortEvent::Lost(_) => {}
+                        PortEvent::Lost(_) | PortEvent::Refused(_) => {}
                     }
                     watch.news(origin.port, heard, speaker.ecu.address_state())
                 };

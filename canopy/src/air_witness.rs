@@ -24,10 +24,10 @@ const WEATHER_SHARE: f64 = 0.005;
 /// of 10 mm/h) they read up to 5 % more than in clear air, with 0.06 (60 mm/h) 5 to 10 %, with 0.08 (dust of 0.05 g/m³) 30 %, with 0.12 (snow of 1 mm/h) 50 %.
 const WEATHER_WITHHELD: f64 = 0.06;
 
-/// Lines that have a return in either zone, as a share of all: 1.00 where a nozzle sprays there, 0.98 of a row of spindles 0.9 m away.
-const RIDES_LINES: f64 = 0.97;
-/// Lines before it is said.
-const LEAST_LINES: u64 = 50;
+/// So long along the row each line has returns there where a nozzle sprays, metres; crowns end between trees.
+const RIDES_M: f64 = 4.0;
+/// Lines without a return there that end such a stretch.
+const APART_LINES: u64 = 4;
 /// Share of all returns there.
 const RIDES_SHARE: f64 = 0.01;
 /// Hedges and walls of fruit reach so far from their axis all along the row, metres.
@@ -40,9 +40,16 @@ pub(crate) struct AirWitness {
     all: u64,
     /// Nearest to the scanner's way, and behind that as deep again.
     zones: [Zone; 2],
-    lines: u64,
-    /// Lines with a return in either zone that does not stand alone.
-    met_lines: u64,
+    /// Lines with a return in either zone that does not stand alone, one after the other.
+    run: Run,
+    longest_m: f64,
+}
+
+/// Lines one after the other: where they began, and how many without such a return came last.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Run {
+    from_m: Option<f64>,
+    empty: u64,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,8 +64,8 @@ struct Zone {
 pub(crate) enum InAir {
     /// Rain, snow, fog or dust.
     Weather {
-        /// Share of the returns that it makes within [`NEAR_SCANNER_M`] of the scanner's way.
-        share: f64,
+        /// Share of the returns that it makes within [`NEAR_SCANNER_M`] of the scanner's way, and behind that as deep again.
+        shares: [f64; 2],
         /// Whether leaf areas are withheld for it.
         withheld: bool,
     },
@@ -66,8 +73,8 @@ pub(crate) enum InAir {
     Rides {
         /// Share of the returns within [`BESIDE_SCANNER_M`] of the scanner's way.
         share: f64,
-        /// Share of the lines that have returns there.
-        lines: f64,
+        /// Length of row along which each line has returns there, metres.
+        length_m: f64,
     },
 }
 
@@ -86,7 +93,14 @@ pub(crate) const BESIDE_SCANNER_M: f64 = 2.0 * NEAR_SCANNER_M;
 
 impl AirWitness {
     /// Adds a line's ranges, metres.
-    pub(crate) fn add(&mut self, frame: &Frame, table: &BeamTable, grid: BeamGrid, range_m: &[f64]) {
+    pub(crate) fn add(
+        &mut self,
+        frame: &Frame,
+        table: &BeamTable,
+        y_m: f64,
+        grid: BeamGrid,
+        range_m: &[f64],
+    ) {
         let stride = compared_step(grid, 0.0);
         let depths = || range_m.iter().step_by(stride).map(|range_m| depth_m(*range_m));
         let (beams, after) = (table.beams().iter().step_by(stride).skip(1), depths().skip(2));
@@ -106,8 +120,14 @@ impl AirWitness {
                 is_met |= !is_alone;
             }
         }
-        self.lines += 1;
-        self.met_lines += u64::from(is_met);
+        let Run { from_m, empty } = &mut self.run;
+        *empty = if is_met { 0 } else { *empty + 1 };
+        if *empty >= APART_LINES {
+            *from_m = None;
+        } else if is_met {
+            let from_m = *from_m.get_or_insert(y_m);
+            self.longest_m = self.longest_m.max((y_m - from_m).abs());
+        }
     }
 
     /// What is in the air before a row whose axis is so far from the scanner, metres.
@@ -118,14 +138,14 @@ impl AirWitness {
         let share = of_all(near.returns as f64);
         if near.alone >= LEAST_ALONE && alone >= WEATHER_ALONE && share >= WEATHER_SHARE {
             // Crowns may stand there, too.
-            let withheld = of_all(behind.alone as f64 / alone) >= WEATHER_WITHHELD;
-            return Some(InAir::Weather { share, withheld });
+            let behind = of_all(behind.alone as f64 / alone);
+            return Some(InAir::Weather { shares: [share, behind], withheld: behind >= WEATHER_WITHHELD });
         }
         let share = of_all((near.returns + behind.returns) as f64);
-        let lines = self.met_lines as f64 / self.lines.max(1) as f64;
-        let rides = self.lines >= LEAST_LINES && lines >= RIDES_LINES && share >= RIDES_SHARE;
+        let length_m = self.longest_m;
+        let rides = length_m >= RIDES_M && share >= RIDES_SHARE;
         let may_be_hedge = distance_m < DEEPEST_HEDGE_M + BESIDE_SCANNER_M;
-        (rides && !may_be_hedge).then_some(InAir::Rides { share, lines })
+        (rides && !may_be_hedge).then_some(InAir::Rides { share, length_m })
     }
 }
 
@@ -147,7 +167,7 @@ mod tests {
         let mut witness = AirWitness::default();
         for line in 0..100 {
             let ranges_m: Vec<f64> = (0..GRID.len()).map(|beam| range_m(line, beam)).collect();
-            witness.add(&frame, &table, GRID, &ranges_m);
+            witness.add(&frame, &table, 0.05 * line as f64, GRID, &ranges_m);
         }
         witness
     }
@@ -181,15 +201,17 @@ mod tests {
         assert_eq!(found(snow), Some("snow"));
         // A twig hangs before four beams.
         assert_eq!(found(|_, beam| if (40..44).contains(&beam) { 0.3 } else { 1.5 }), Some("rides"));
-        assert_eq!(found(|line, beam| if (40..44).contains(&beam) && line < 90 { 0.3 } else { 1.5 }), None);
+        // Of crowns it ends with each tree.
+        let twigs = |line: usize, beam: usize| (40..44).contains(&beam) && line % 40 < 30;
+        assert_eq!(found(|line, beam| if twigs(line, beam) { 0.3 } else { 1.5 }), None);
         assert_eq!(found(|_, _| f64::NAN), None);
         assert_eq!(found(|_, _| f64::INFINITY), None);
     }
 
     #[test]
-    fn what_rides_with_the_scanner_is_in_every_line_and_a_hedge_may_be() {
+    fn what_rides_with_the_scanner_is_in_each_line_and_a_hedge_may_be() {
         let cloud = witness(|_, beam| if (30..60).contains(&beam) { 0.6 } else { 2.0 });
-        assert!(matches!(cloud.found(DISTANCE_M), Some(InAir::Rides { lines: 1.0, .. })));
+        assert!(matches!(cloud.found(DISTANCE_M), Some(InAir::Rides { .. })));
         assert_eq!(cloud.found(1.2), None, "a hedge 0.6 m deep to its axis");
     }
 }

@@ -6,7 +6,7 @@ use crate::across::{Faces, Growth};
 use crate::air_witness::InAir;
 use crate::beam_witness::OtherBeams;
 use crate::by_height::{self, ByHeight};
-use crate::calibration::{Calibration, Optics};
+use crate::calibration::{Calibration, CalibrationClass, Optics};
 use crate::class::{Compared, Holds, Look, RowClass, ScanGeometry, Standing};
 use crate::estimate::{
     ContactReport, Estimate, MountReport, RangeStatistics, SidesReport, SliceEstimate, TreeEstimate,
@@ -383,6 +383,10 @@ fn row(
                 estimate.warnings.push(Warning::VoxelEdge { edge_m, calibrated_m, relative_sd });
             }
             warn_of_range(estimate, &law.row_ranged(), calibration);
+            if law.no_regression() == Some(Withheld::OtherMount) {
+                let CalibrationClass { distance_m, height_m, .. } = calibration.class;
+                estimate.warnings.push(Warning::OtherMount { distance_m, height_m });
+            }
             if law.no_regression() == Some(Withheld::WeakRegression) {
                 let r2 = calibration.quality(calibration.best_regression()).r2_left_out();
                 estimate.warnings.push(Warning::WeakRegression { r2 });
@@ -426,9 +430,9 @@ fn row(
     let other_echo = pass.other_echo.zip(pass.mount.echo);
     estimate.warnings.extend(other_echo.map(|(given, told)| Warning::OtherEcho { told, given }));
     estimate.warnings.extend(pass.in_air().map(|found| match found {
-        InAir::Weather { share, withheld } => Warning::InTheAir { share, withheld },
-        InAir::Rides { share, lines } => {
-            Warning::RidesAlong { share, lines, distance_m: pass.mount.distance_m }
+        InAir::Weather { shares, withheld } => Warning::InTheAir { shares, withheld },
+        InAir::Rides { share, length_m } => {
+            Warning::RidesAlong { share, length_m, distance_m: pass.mount.distance_m }
         }
     }));
     let stood =

@@ -41,6 +41,13 @@ pub enum Warning {
         /// Share of what rows differ by that it tells, of rows that were not fitted.
         r2: f64,
     },
+    /// The calibration's regression on I_T is of rows that are seen from elsewhere: it is withheld.
+    OtherMount {
+        /// How far off its rows' axes were, metres.
+        distance_m: Option<f64>,
+        /// How high above the ground its scanner was, metres.
+        height_m: Option<f64>,
+    },
     /// Shares of spots and contact agree otherwise than on the calibration's rows: the leaf area is by contact.
     SharesDisagree {
         /// Raw leaf area by shares over that by contact.
@@ -431,8 +438,8 @@ pub enum Warning {
     },
     /// Rain, snow, fog or dust returned beams before they reached the row.
     InTheAir {
-        /// Share of the canopy's returns that lie close to the scanner's way.
-        share: f64,
+        /// Share of the canopy's returns that it makes close to the scanner's way, and behind that as deep again: by the second leaf areas are withheld.
+        shares: [f64; 2],
         /// Whether leaf areas are withheld for it.
         withheld: bool,
     },
@@ -440,8 +447,8 @@ pub enum Warning {
     RidesAlong {
         /// Share of the canopy's returns that lie close to the scanner's way.
         share: f64,
-        /// Share of the lines that have returns there.
-        lines: f64,
+        /// Length of row along which each line has returns there, metres.
+        length_m: f64,
         /// How far the axis is from the mirror by the rig, metres.
         distance_m: f64,
     },

@@ -9,6 +9,7 @@ use crate::judge::Runs;
 use crate::judged::Judged;
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, OnExit, RunSpec, Scenario};
+use crate::unmet;
 use crate::what::Kind;
 
 /// What was to happen and did not, in words, and what is told of it.
@@ -59,7 +60,8 @@ fn never_acted<'a>(
         let at_once = fault.has_until() && over_at_once(&run.events, id);
         let why = first
             .or_else(|| at_once.then(|| over.to_owned()))
-            .or_else(|| met_nothing.then(|| "what it acts on never came".to_owned()))?;
+            .or_else(|| met_nothing.then(|| "what it acts on never came".to_owned()))
+            .or_else(|| unmet::why(scenario, fault, run).filter(|_| began).map(str::to_owned))?;
         run.events.iter().all(|event| event.event != acted).then_some(why)
     })?;
     let message = format!(

@@ -6,6 +6,7 @@
 //!                                 children ──► output, exit codes ───────────────────────────┘
 //! ```
 
+mod bus_news;
 mod check;
 mod child;
 mod child_clock;
@@ -37,6 +38,7 @@ mod standing;
 mod takers;
 mod task_controller;
 mod truth;
+mod unmet;
 mod unread;
 mod verdict;
 pub mod what;

@@ -24,6 +24,7 @@ use rowscan_sprayer::plumes::plumes;
 use rowscan_study::reading::{CalibrationChoice, Reading, rig_with};
 use rowscan_vehicle::Tractor;
 
+use crate::bus_news::RefusedOnBuses;
 use crate::child_clock;
 use crate::fault::ScenarioFault;
 use crate::fault_desk::FaultDesk;
@@ -56,6 +57,8 @@ pub(crate) struct ScenarioRig {
     pub(crate) file: Option<RunFile>,
     /// What goes wrong.
     pub(crate) desk: FaultDesk,
+    /// What was refused on its buses.
+    pub(crate) refused: RefusedOnBuses,
     /// When nobody took scans in lockstep.
     pub(crate) gaps: Gaps,
     /// When a child slept by the host's time in lockstep, and held time.
@@ -148,7 +151,7 @@ impl ScenarioRig {
             let reading = Reading::of(Some(&as_fitted), device.scanner, true, CalibrationChoice::OfRig)?;
             witness.watch(&device.id, reading.pipeline);
         }
-        let desks = Desks::default();
+        let (desks, mut refused) = (Desks::default(), RefusedOnBuses::default());
         let sprayer = scenario.sprayer.as_ref().map(|spec| {
             let client = spec.client.map(|_| desks.client.clone());
             Arc::new(SprayerPart::new(spec.boom.clone(), client))
@@ -159,7 +162,8 @@ impl ScenarioRig {
             let own = scenario.sprayer.as_ref().zip(sprayer.clone()).filter(|(own, _)| own.bus == bus.id);
             let functions = desks.functions(own, task.as_ref(), (&stage, spec.tractor()));
             let taps = frames.taps(&bus.id, &journal).and(recorded());
-            spec.buses.push(BusSpec { taps, functions, ..bus });
+            let news = Some(refused.of(&bus.id));
+            spec.buses.push(BusSpec { taps, functions, news, ..bus });
         }
         for port in &scenario.nmea {
             spec.nmea.push(NmeaSpec { id: port.id.clone(), at: in_folder(&port.port, folder).parse()? });
@@ -197,6 +201,7 @@ impl ScenarioRig {
             places,
             file,
             desk,
+            refused,
             gaps,
             sleeps,
             compute,

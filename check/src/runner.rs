@@ -220,7 +220,7 @@ async fn drive(
     let runs = record.sprayer.iter().flatten();
     let told = runs.flat_map(|run| run.unheeded().into_iter().chain(run.in_part()));
     let known: Vec<String> = boom.chain(told).chain(reserved(&rig.sections)).collect();
-    record.warnings.extend(known);
+    record.warnings.extend(known.into_iter().chain(rig.refused.told()));
     let tasks = scenario.buses.iter().filter_map(|bus| bus.task.as_ref());
     record.warnings.extend(tasks.flat_map(|task| task.told(&rig.clients.news(), &rig.clients.steps())));
     let unfinished = rig.desk.unfinished();

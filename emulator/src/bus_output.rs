@@ -191,7 +191,7 @@ impl BusOutput {
                 let said = vec![(Speaker::Port(origin), frame)];
                 self.send(at, said, delivery).await;
             }
-            PortEvent::Lost(_) => {}
+            PortEvent::Lost(_) | PortEvent::Refused(_) => {}
         }
         if let (Some(news), Some(told)) =
             (self.watch.news(origin.port, heard, self.ecu.address_state()), &self.news)

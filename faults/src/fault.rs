@@ -145,7 +145,7 @@ pub(crate) enum Door {
 pub(crate) struct Skipped(pub(crate) String);
 
 /// What happens to one telegram: faults that act on it edit this in turn.
-#[derive(Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Work {
     /// The telegram, as far as it is still one.
     pub(crate) bytes: Vec<u8>,

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use rowscan_settings::fault_table::{Settings, read_number, read_text, read_whole};
+use rowscan_settings::fault_table::bus::BusFault;
+use rowscan_settings::fault_table::{PartFault, Settings, read_number, read_text, read_whole};
 use rowscan_settings::{Located, Table, TomlError, Value, from_toml, suggestion};
 use serde::Deserialize;
 
@@ -119,6 +120,11 @@ impl FaultSpec {
         if let Some(found) = given("for").or(given("until")).filter(|_| instant) {
             let message = format!("`{}` happens at once and lasts; leave `for` and `until` out", fault.name);
             return Err(refuse(found.line, message));
+        }
+        let restarts = matches!(action, Action::Part(PartFault::Bus(BusFault::Off { restart: Some(_) })));
+        if let Some(found) = given("for").or(given("until")).filter(|_| restarts) {
+            let message = "`restart_ms` says when the controllers come back; leave `for` and `until` out, or `restart_ms`";
+            return Err(refuse(found.line, message.to_owned()));
         }
         if let (Some(Lasts::Time(period)), Some(found)) = (spec.every, given("every"))
             && period < SHORTEST_PERIOD

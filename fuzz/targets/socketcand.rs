@@ -16,5 +16,5 @@ fuzz_target!(|data: &[u8]| {
     let (answers, heard) = told(bytes, usize::from(piece).max(1));
     assert_eq!(told(bytes, bytes.len().max(1)), (answers.clone(), heard.clone()));
     assert_eq!(answers.matches('<').count(), answers.matches('>').count());
-    assert!(heard.iter().all(|heard| matches!(heard, PortEvent::Opened | PortEvent::Frame(_))));
+    assert!(heard.iter().all(|heard| matches!(heard, PortEvent::Opened | PortEvent::Frame(_) | PortEvent::Refused(_))));
 });

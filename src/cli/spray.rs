@@ -128,6 +128,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
                 Some((_, PortEvent::Frame(frame))) => sprayer.hear(&frame).await,
                 Some((_, PortEvent::Lost(why))) => say(why),
                 Some((_, PortEvent::Opened)) => sprayer.claim().await,
+                Some((_, PortEvent::Refused(_))) => {}
                 None => break,
             },
             scan = seen.recv() => match scan {

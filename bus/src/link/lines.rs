@@ -9,7 +9,7 @@ use super::dialect::Dialect;
 use crate::message::Message;
 use crate::pgn::MESSAGES;
 use crate::pgn::sprayer::{LAST_NOZZLE, NOZZLE_DUTY, SECTION_DUTIES, SECTIONS, SPRAYER_CONTROL};
-use crate::port_event::PortEvent;
+use crate::port_event::{PortEvent, Refused};
 use crate::{CanFrame, J1939Id};
 
 /// No line is longer.
@@ -62,7 +62,10 @@ impl Lines {
         };
         match frames {
             Ok(frames) => heard.extend(frames.into_iter().map(PortEvent::Frame)),
-            Err(why) => answers.extend_from_slice(format!("? {why}\n").as_bytes()),
+            Err(why) => {
+                answers.extend_from_slice(format!("? {why}\n").as_bytes());
+                heard.push(PortEvent::Refused(Refused::of(&line)));
+            }
         }
         self.line = line;
         self.line.clear();

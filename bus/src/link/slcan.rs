@@ -10,7 +10,7 @@ mod acceptance;
 use self::acceptance::Acceptance;
 use super::dialect::Dialect;
 use crate::error_frame::ErrorFrame;
-use crate::port_event::{BusLoss, PortEvent};
+use crate::port_event::{BusLoss, PortEvent, Refused};
 use crate::{CanFrame, CanId};
 
 /// No command is longer: a 29-bit frame with eight bytes and a time stamp.
@@ -119,10 +119,12 @@ impl Adapter {
             }
             (b'C', []) => self.open = false,
             (b't' | b'T' | b'r' | b'R', _) => {
-                let frame = parse_frame(name, rest)?;
-                if !self.open || self.listen_only || self.wrong_rate {
-                    return None;
+                let frame = parse_frame(name, rest);
+                // Hosts try commands that adapters do not have, and go by the answer: frames alone are missed. A wrong rate is told already.
+                if !self.wrong_rate && (frame.is_none() || !self.open || self.listen_only) {
+                    heard.push(PortEvent::Refused(Refused::of(line)));
                 }
+                let frame = frame.filter(|_| self.open && !self.listen_only && !self.wrong_rate)?;
                 heard.push(PortEvent::Frame(frame));
                 if !self.auto_poll_off {
                     answers.push(if frame.id.is_extended() { b'Z' } else { b'z' });

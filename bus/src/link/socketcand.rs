@@ -6,7 +6,7 @@ use std::time::Duration;
 use rowscan_protocol::time::SimTime;
 
 use super::dialect::Dialect;
-use crate::port_event::PortEvent;
+use crate::port_event::{PortEvent, Refused};
 use crate::{CanFrame, CanId};
 
 /// How long a client that has opened its bus hears no frames, host time: python-can takes whatever comes with the answer to its opening for a part of it. Its own
@@ -54,6 +54,11 @@ impl Conversation {
 
     fn element_in(&mut self, text: &str, answers: &mut String, heard: &mut Vec<PortEvent>) {
         let mut words = text.split_whitespace();
+        let mut refuse = |answers: &mut String, why: &str| {
+            // Writing to memory cannot fail.
+            let _ = write!(answers, "< error {why} >");
+            heard.push(PortEvent::Refused(Refused::of(text.trim().as_bytes())));
+        };
         match words.next() {
             Some("open") if !self.opened => {
                 self.opened = true;
@@ -67,10 +72,10 @@ impl Conversation {
             Some("echo") => answers.push_str("< echo >"),
             Some("send") if self.raw => match sent(words) {
                 Some(frame) => heard.push(PortEvent::Frame(frame)),
-                None => answers.push_str("< error could not parse frame >"),
+                None => refuse(answers, "could not parse frame"),
             },
-            Some("open" | "rawmode" | "send") => answers.push_str("< error not in this state >"),
-            _ => answers.push_str("< error unknown command >"),
+            Some("open" | "rawmode" | "send") => refuse(answers, "not in this state"),
+            _ => refuse(answers, "unknown command"),
         }
     }
 
@@ -146,7 +151,9 @@ mod tests {
     fn nonsense_is_answered_with_an_error_and_bounded() {
         let mut conversation = Conversation::default();
         let (mut answers, mut heard) = (String::new(), Vec::new());
+        let refused = |text: &str| PortEvent::Refused(Refused::of(text.as_bytes()));
         conversation.handle_bytes(b"< send 123 0 >< fly >", &mut answers, &mut heard);
+        assert_eq!(std::mem::take(&mut heard), [refused("send 123 0"), refused("fly")]);
         assert_eq!(answers, "< error not in this state >< error unknown command >");
         answers.clear();
         conversation.handle_bytes(&[b"<".as_slice(), &[b'x'; 1000]].concat(), &mut answers, &mut heard);
@@ -158,6 +165,7 @@ mod tests {
             &mut heard,
         );
         assert_eq!(answers.matches("could not parse").count(), 2);
-        assert_eq!(heard, [PortEvent::Opened]);
+        let sent = [refused("send 123 2 01"), refused("send 1234567890 0")];
+        assert_eq!(heard, [PortEvent::Opened, sent[0], sent[1]]);
     }
 }

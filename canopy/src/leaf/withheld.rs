@@ -80,6 +80,7 @@ reasons! {
     InTheAir = 38, "in_the_air", "rain, snow, fog or dust returns many of the beams before they reach the row";
     RidesAlong = 39, "rides_along", "something that rides with the scanner returns its beams before they reach the row";
     StoodStill = 40, "stood_still", "the way goes on between scans that are of one place";
+    OtherMount = 41, "other_mount", "the calibration's regression is of rows seen from another distance or height";
 }
 
 impl fmt::Display for Withheld {

@@ -24,7 +24,7 @@ impl Witnesses {
         grid: BeamGrid,
         range_m: &[f64],
     ) {
-        self.air.add(frame, table, grid, range_m);
+        self.air.add(frame, table, y_m, grid, range_m);
         self.still.add(frame, table, y_m, grid, range_m);
     }
 }

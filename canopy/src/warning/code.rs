@@ -11,6 +11,7 @@ impl Warning {
             Self::NoFarRowGate => "no_far_row_gate",
             Self::OpticsUnknown => "optics_unknown",
             Self::WeakRegression { .. } => "weak_regression",
+            Self::OtherMount { .. } => "other_mount",
             Self::SharesDisagree { .. } => "shares_disagree",
             Self::NoWitness => "no_witness",
             Self::CardTooShort => "card_too_short",

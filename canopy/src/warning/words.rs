@@ -35,6 +35,15 @@ impl fmt::Display for Warning {
                 "the calibration's regression on I_T tells {:.0} % of what rows differ by, of rows that were not fitted: it is withheld",
                 100.0 * r2.max(0.0)
             ),
+            Self::OtherMount { distance_m, height_m } => {
+                let metres = |known: &Option<f64>| known.map_or("unknown".to_owned(), |m| format!("{m} m"));
+                write!(
+                    f,
+                    "the calibration's regression on I_T is of rows seen upright from a distance of {} and a height of {}, and I_T goes with where a row is seen from: the leaf area by I_T is withheld; that by contact is not",
+                    metres(distance_m),
+                    metres(height_m)
+                )
+            }
             Self::SharesDisagree { ratio, band: [low, high] } => write!(
                 f,
                 "shares of spots say {ratio:.2} times what contact says, the calibration's rows {low:.2} to {high:.2} times: something changes the power that \
@@ -404,22 +413,24 @@ impl fmt::Display for Warning {
                     if *withheld { ", and leaf areas are withheld" } else { "" }
                 )
             }
-            Self::InTheAir { share, withheld } => {
+            Self::InTheAir { shares: [near, behind], withheld } => {
                 write!(
                     f,
-                    "{:.1} % of the canopy's returns lie within {NEAR_SCANNER_M} m of the scanner's way, and most of them stand alone, as those of rain, snow, fog and dust do: ",
-                    100.0 * share
+                    "{:.1} % of the canopy's returns lie within {NEAR_SCANNER_M} m of the scanner's way, and most of them are nearer or farther than those of both neighbouring beams, as rain, snow, fog and dust \
+                     return them; behind that, to {BESIDE_SCANNER_M} m, these make {:.1} %: ",
+                    100.0 * near,
+                    100.0 * behind
                 )?;
                 f.write_str(match withheld {
                     true => "leaf areas are withheld; heights, volumes and impacted areas count them, too; scan again in clear air",
-                    false => "they count as leaves, and leaf areas read up to 10 % too high; scan again in clear air to be sure",
+                    false => "they count as leaves, and leaf areas read up to 10 % more than in clear air; scan again in clear air to be sure",
                 })
             }
-            Self::RidesAlong { share, lines, distance_m } => write!(
+            Self::RidesAlong { share, length_m, distance_m } => write!(
                 f,
-                "{:.1} % of the canopy's returns lie within {BESIDE_SCANNER_M} m of the scanner's way, in {:.0} % of the lines, wherever the tractor was, and the row's axis is {distance_m} m away: spray before the scanner, or a part of the machine in its beams,                  counts as leaves, so leaf areas are withheld; mount the scanner ahead of the nozzles and clear of the machine, or scan with the nozzles shut",
-                100.0 * share,
-                100.0 * lines
+                "{:.1} % of the canopy's returns lie within {BESIDE_SCANNER_M} m of the scanner's way, in each line along {length_m:.1} m of row, and the row's axis is {distance_m} m away: spray before the scanner, a part of the \
+                 machine in its beams, or tall growth so near counts as the row's leaves, so leaf areas are withheld; mount the scanner ahead of the nozzles and clear of the machine, and scan with the nozzles shut; if crowns reach so near, drive farther from the row",
+                100.0 * share
             ),
             Self::RowElsewhere { near_m, far_m, distance_m } => {
                 let place = |behind_m: f64| {

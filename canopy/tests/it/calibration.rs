@@ -493,3 +493,40 @@ fn voxels_of_another_edge_than_the_calibrations_are_told() {
         }
     }
 }
+
+/// I_T goes with where a row is seen from; the same row by contact does not.
+#[test]
+fn a_regression_of_rows_that_were_seen_from_elsewhere_is_withheld() {
+    let (impacted, contact) = hedge_per_metre();
+    let samples: Vec<Sample> = (0..12)
+        .map(|row| 0.8 + 0.04 * f64::from(row))
+        .map(|f| Sample {
+            length_m: 1.0,
+            impacted_total_area_m2: f * impacted,
+            contact_leaf_area_m2: f * contact,
+            leaf_area_m2: 1.0 + 2.0 * f * impacted,
+            ..Sample::default()
+        })
+        .collect();
+    let mount = orchard_rig().scanners[0].clone();
+    let (distance_m, height_m) = (mount.distance_m, mount.height_m);
+    for (fitted, yaw_deg, is_told) in [
+        ((None, None), 0.0, true),
+        ((Some(distance_m), Some(height_m)), 0.0, true),
+        ((Some(1.1 * distance_m), Some(height_m / 1.1)), 0.0, true),
+        ((Some(1.2 * distance_m), None), 0.0, false),
+        ((None, Some(height_m / 1.2)), 0.0, false),
+        ((Some(distance_m), Some(height_m)), 10.0, false),
+    ] {
+        let mut calibration = line_on(&samples);
+        (calibration.class.distance_m, calibration.class.height_m) = fitted;
+        let mut rig = orchard_rig();
+        rig.scanners[0].yaw_deg = yaw_deg;
+        let found = calibrated(calibration, &rig);
+        let told = found.leaf.areas.regression_m2();
+        assert_eq!(told.err(), (!is_told).then_some(Withheld::OtherMount), "{fitted:?} {yaw_deg}");
+        let warned = found.warnings.iter().any(|warning| warning.code() == "other_mount");
+        assert_eq!(warned, !is_told, "{fitted:?} {yaw_deg}: {:?}", found.warnings);
+        assert!(found.leaf.areas.best_m2().is_ok(), "{:?}", found.warnings);
+    }
+}

@@ -295,8 +295,15 @@ impl Expect {
                     "`matches`: expected a pattern, found an empty text, which every line matches".to_owned()
                 );
             }
-            regex_lite::Regex::new(&text)
-                .map_err(|error| format!("`matches`: `{text}` is no pattern: {error}"))
+            let pattern = regex_lite::Regex::new(&text)
+                .map_err(|error| format!("`matches`: `{text}` is no pattern: {error}"))?;
+            // An empty line, and one that nobody writes.
+            if pattern.is_match("") && pattern.is_match("\u{1}") {
+                return Err(format!(
+                    "`matches`: expected a pattern that some lines do not match, found `{text}`, which every line matches"
+                ));
+            }
+            Ok(pattern)
         };
         let names_file = what.kind == Kind::SameBytes;
         let signal = table.signal.map(|name| SignalKeys {

@@ -15,7 +15,7 @@ pub(crate) fn judge(number: usize, expect: &Expect, run: &RunRecord, without: Op
     let (Some(keys), Some(source)) = (&expect.signal, &expect.source) else {
         return Err("`signal` is missing".to_owned());
     };
-    let name = keys.name.as_str();
+    let name = &keys.words();
     let window = Window::of(expect.after.as_ref(), run)?;
     let samples = source.samples(number, run, rig_from(expect, window))?;
     let course = Course(&samples);
@@ -36,7 +36,7 @@ pub(crate) fn judge(number: usize, expect: &Expect, run: &RunRecord, without: Op
         _ => {}
     }
     if samples.is_empty() && (never || expect.within_s.is_none()) {
-        return Err(format!("{name} was never heard in this run: nothing is known of it"));
+        return Err(format!("nobody sent {name} in this run: nothing is known of it"));
     }
     match (never, change) {
         (true, change) => Ok(never_so((name, course, window), expect, change, &words)),
@@ -219,7 +219,7 @@ fn never_so((name, course, window): Heard<'_>, expect: &Expect, change: bool, wo
 /// Nothing may be heard: from a moment after the start of the window on, for a time or to the end.
 fn silent(expect: &Expect, (name, course, window): Heard<'_>, for_s: Option<f64>) -> Result {
     if course.0.is_empty() {
-        return Err(format!("{name} was never heard in this run: its silence tells nothing"));
+        return Err(format!("nobody sent {name} in this run: its silence tells nothing"));
     }
     let from = seconds_after(window.from, expect.within_s.unwrap_or_default());
     let due = for_s.map_or(window.ended, |seconds| seconds_after(from, seconds));

@@ -28,6 +28,11 @@ pub struct SignalKeys {
 }
 
 impl SignalKeys {
+    /// Its name, and which messages of a bus.
+    fn words(&self) -> String {
+        self.pgn.map_or_else(|| self.name.clone(), |pgn| format!("{} (PGN {pgn})", self.name))
+    }
+
     /// What it is and must do, for the title of its expectation.
     pub(crate) fn title(&self) -> String {
         let mut title = format!(" {}", self.name);

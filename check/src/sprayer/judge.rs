@@ -155,11 +155,26 @@ fn valves(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
     };
     let changes = open.iter().flat_map(|open| open.iter().flat_map(|span| [span.from, span.to]));
     let later = changes.filter(|at| *at > from_s && *at <= due_s && is_so(*at)).fold(f64::INFINITY, f64::min);
-    let first = if is_so(from_s) { from_s } else { later };
     let name = wanted.name();
-    Ok(if first.is_finite() {
-        let at = SimTime((first * 1e9).round() as u64);
-        Judged::holds(true, format!("all valves were {name} after {:.3} s", first - from_s))
+    // At an instant its state is asked for; within a time it has to become so.
+    if is_so(from_s) && expect.within_s.is_none() {
+        return Ok(Judged::holds(true, format!("all valves were {name}")).at(from).due(due, from));
+    }
+    if is_so(from_s) {
+        let event = expect.after.as_ref().map_or("the run began".to_owned(), |after| format!("{after} came"));
+        return Err(format!(
+            "`valves`: unknown: all valves were {name} already when {event}; let it come while they are not"
+        ));
+    }
+    Ok(if later.is_finite() {
+        let at = SimTime((later * 1e9).round() as u64);
+        let others = open.iter().flat_map(|open| open.iter().flat_map(|span| [span.from, span.to]));
+        let again = others.filter(|other| *other > later && !is_so(*other)).fold(f64::INFINITY, f64::min);
+        let again = match again.is_finite() {
+            true => format!("; others again {:.3} s later", again - later),
+            false => String::new(),
+        };
+        Judged::holds(true, format!("all valves were {name} after {:.3} s{again}", later - from_s))
             .at(at)
             .due(due, at)
     } else {

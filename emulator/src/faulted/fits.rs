@@ -65,6 +65,11 @@ fn blinds(fault: &DeviceFault) -> bool {
     matches!(fault, DeviceFault::Dirt(_) | DeviceFault::Broken(Broken { part: Piece::Laser, .. }))
 }
 
+/// True of angles between which the model has no beam, degrees.
+fn is_outside(model: &Model, (from, to): (f64, f64)) -> bool {
+    to < f64::from(model.start_angle) / 1e4 || from > f64::from(model.stop_angle) / 1e4
+}
+
 fn fits_cola(model: &Model, fault: &DeviceFault) -> Fit {
     match fault {
         fault if blinds(fault) && !model.scans_tell_status() => Fit::Refuses(format!(
@@ -72,6 +77,16 @@ fn fits_cola(model: &Model, fault: &DeviceFault) -> Fit {
              model whose scans tell it, such as lms111",
             model.title
         )),
+        DeviceFault::Dirt(Dirt { sector_deg: Some((from, to)), .. }) if is_outside(model, (*from, *to)) => {
+            let (start, stop) = (model.start_angle, model.stop_angle);
+            let deg = |angle: i32| f64::from(angle) / 1e4;
+            Fit::Refuses(format!(
+                "`sector` from {from}° to {to}° holds no beam of a {}: they lie between {}° and {}°",
+                model.title,
+                deg(start),
+                deg(stop)
+            ))
+        }
         DeviceFault::Stored(Stored { rate: Some(_), .. } | Stored { streaming: true, .. }) => Fit::Refuses(
             "`rate` and `streaming` are an LMS2xx's: a CoLa scanner has no rate, and streams to nobody who has not subscribed; use `dialect`, `config`, `other_client`".to_owned(),
         ),

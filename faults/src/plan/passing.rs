@@ -169,7 +169,9 @@ impl Plan {
             let Some(mut dice) = instance.draw() else { continue };
             let Action::Telegram(fault) = &instance.action else { continue };
             let before = work.drop.take();
+            let came = work.clone();
             let (what, reason) = match fault.act(work, &mut dice) {
+                Ok(()) if *work == came => (What::Skipped, Some("the telegram is what it was".to_owned())),
                 Ok(()) => (What::Act, None),
                 Err(skipped) => (What::Skipped, Some(skipped.0)),
             };

@@ -38,6 +38,16 @@ fn mistakes_name_their_line_and_the_remedy() {
         ),
         ("name = \"delay\"\n", 1, "the key `ms` is missing; add it"),
         (
+            "name = \"bus_off\"\nrestart_ms = 100\nfor = { s = 1 }\n",
+            4,
+            "`restart_ms` says when the controllers come back; leave `for` and `until` out, or `restart_ms`",
+        ),
+        (
+            "name = \"contamination\"\nsector = [135, 45]\n",
+            1,
+            "`sector`: expected where it begins and where it ends, [from, to] with from below to, found [135, 45]: no beam lies between them",
+        ),
+        (
             "name = \"delay\"\nms = \"slow\"\n",
             3,
             "expected a number from 0 to 3600000, found string \"slow\"",

@@ -199,6 +199,37 @@ async fn each_fault_does_what_it_says_and_nothing_does_it_without_the_fault() {
     }
 }
 
+/// A fault that leaves a telegram as it was has not acted on it: a run that is green by it proves nothing.
+#[tokio::test(start_paused = true)]
+async fn what_changes_nothing_is_no_act() {
+    let idle = [
+        "length\"\nby = 0",
+        "truncate\"\nkeep = 100000",
+        "dribble\"\nbytes = 100000",
+        "duplicate\"\ntimes = 0",
+        "drop\"\nbytes = 0",
+        "reorder\"\nby = 0",
+        "flip\"\nbits = 0",
+    ];
+    for speech in Speech::ALL {
+        let clean = run(speech, "", 1).await;
+        let mut tried = 0;
+        for keys in idle {
+            let text = format!("[[fault]]\nname = \"{keys}\nat = {{ scan = 5 }}\n");
+            // What the table refuses needs no run.
+            if rowscan_faults::read(&text).is_err() {
+                continue;
+            }
+            tried += 1;
+            let seen = run(speech, &text, 1).await;
+            assert_eq!(seen.bytes, clean.bytes, "{keys} in {speech:?}");
+            let acts = seen.events.iter().filter(|event| event.what == What::Act).count();
+            assert_eq!(acts, 0, "{keys} in {speech:?}: {:?}", seen.events);
+        }
+        assert!(tried >= 3, "{tried}");
+    }
+}
+
 #[test]
 fn every_fault_of_the_table_has_a_case() {
     for fault in FAULTS.iter().filter(|fault| !matches!(fault.layer, Layer::Accept | Layer::Part(_))) {

@@ -52,7 +52,7 @@ pub(super) fn tell(args: &TellArgs, (header, units): Whole<SweepStudy>) -> Resul
 
 fn table(report: &SweepReport) -> String {
     let mut grid = Grid::new();
-    output::head(&mut grid, ["axis", "at", "output", "n", "mean", "sd", "mean |…|"]);
+    output::head(&mut grid, ["axis", "at", "output", "n", "of", "mean", "sd", "mean |…|"]);
     for effect in &report.effects {
         let known = |value: f64| Some(value).filter(|value| value.is_finite());
         grid.add_row([
@@ -60,6 +60,7 @@ fn table(report: &SweepReport) -> String {
             Cell::new(&effect.at),
             Cell::new(&effect.output),
             number(Some(effect.n as f64), 0),
+            number(Some(effect.of as f64), 0),
             number(known(effect.mean), 4),
             number(effect.sd.and_then(known), 4),
             number(known(effect.mean_abs), 4),

@@ -34,7 +34,9 @@ pub struct Effect {
     pub output: String,
     /// Units with a value.
     pub n: usize,
-    /// Mean.
+    /// Units that were tried there: of the others the output is withheld or unknown, and the mean is not theirs.
+    pub of: usize,
+    /// Mean; not a number where no unit has a value.
     pub mean: f64,
     /// Standard deviation; none of fewer than two values.
     pub sd: Option<f64>,
@@ -59,13 +61,12 @@ pub fn report(provenance: Header<SweepStudy>, units: &[Unit<Tried>]) -> SweepRep
         };
         for (column, output) in study.keep.iter().enumerate() {
             for part in &parts(axis, study.design) {
-                let values: Vec<f64> = units
-                    .iter()
-                    .filter(|unit| part.holds(&own(unit)))
-                    .filter_map(|unit| unit.result.kept.get(column).copied().flatten())
-                    .collect();
-                if !values.is_empty() {
-                    effects.push(Effect::of(axis, part, output.name(), &values));
+                let there = || units.iter().filter(|unit| part.holds(&own(unit)));
+                let values: Vec<f64> =
+                    there().filter_map(|unit| unit.result.kept.get(column).copied().flatten()).collect();
+                let of = there().count();
+                if of > 0 {
+                    effects.push(Effect { of, ..Effect::of(axis, part, output.name(), &values) });
                 }
             }
         }
@@ -174,6 +175,7 @@ impl Effect {
             x: part.x(),
             output: output.to_owned(),
             n: values.len(),
+            of: values.len(),
             mean: values.iter().sum::<f64>() / n,
             sd: deviation(values),
             mean_abs: sizes.iter().sum::<f64>() / n,

@@ -65,6 +65,8 @@ fn a_sprayer_is_judged_by_its_commands_and_unknown_without_any() {
         ("what = \"off_target_share\", below = 0.5", Failed),
         ("what = \"edges\", equals = 0", Passed),
         ("what = \"valves\", all = \"open\", after = \"early\"", Passed),
+        // They are that already: it says nothing of what follows.
+        ("what = \"valves\", all = \"open\", after = \"early\", within_s = 1", Error),
         ("what = \"valves\", all = \"closed\", after = \"early\", within_s = 1.5", Passed),
         ("what = \"valves\", all = \"closed\", after = \"early\", within_s = 1.3", Failed),
         ("what = \"valves\", all = \"closed\", after = \"early\", within_s = 9", Error),

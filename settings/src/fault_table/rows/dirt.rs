@@ -33,12 +33,14 @@ const fn row(name: &'static str, about: &'static str) -> Row {
         recovery: "clears when wiped",
         make: |settings| {
             let level = settings.whole("level")?.and_then(|level| u8::try_from(level).ok()).unwrap_or(2);
+            let sector_deg = settings.pair("sector")?;
+            if let Some((from, to)) = sector_deg.filter(|(from, to)| from >= to) {
+                return Err(settings.refuse(format!(
+                    "`sector`: expected where it begins and where it ends, [from, to] with from below to, found [{from}, {to}]: no beam lies between them"
+                )));
+            }
             let ramp = Duration::from_secs_f64(settings.number("ramp_s")?.unwrap_or(0.0));
-            Ok(PartFault::Device(DeviceFault::Dirt(Dirt {
-                level,
-                sector_deg: settings.pair("sector")?,
-                ramp,
-            })))
+            Ok(PartFault::Device(DeviceFault::Dirt(Dirt { level, sector_deg, ramp })))
         },
     }
 }

@@ -17,6 +17,8 @@ const NEAREST_M: f64 = 0.1;
 /// Drops farther than this are never large enough to matter, metres.
 pub(super) const FARTHEST_M: f64 = 30.0;
 
+/// The lightest snow that sizes of flakes are taken of, mm/h of water \[ASM\].
+const LIGHTEST_SNOW_MM_H: f64 = 0.5;
 /// Steps of the table, even in the logarithm of the range.
 const STEPS: usize = 200;
 
@@ -44,9 +46,11 @@ impl Drops {
         Self::new(optics, 8000.0, 4.1 * libm::pow(mm_h, -0.21), reflectance)
     }
 
-    /// Marshall and Gunn \[S19\].
+    /// Marshall and Gunn \[S19\]. Their flakes become more without end the less it snows: below [`LIGHTEST_SNOW_MM_H`] they are that snow's, and fewer as it is less.
     pub(super) fn snow(optics: &Optics, mm_h: f64) -> Self {
-        Self::new(optics, 7600.0 * libm::pow(mm_h, -0.87), 2.55 * libm::pow(mm_h, -0.48), SNOW)
+        let of = mm_h.max(LIGHTEST_SNOW_MM_H);
+        let fewer = mm_h / of;
+        Self::new(optics, fewer * 7600.0 * libm::pow(of, -0.87), 2.55 * libm::pow(of, -0.48), SNOW)
     }
 
     /// N(D) = `per_m3_mm` · exp(−`slope` · D), D in mm.
@@ -140,6 +144,17 @@ mod tests {
                 let found = Drops::rain(optics, mm_h, WATER).mean(4.0);
                 assert!((found / mean - 1.0).abs() < 0.06, "{model} {mm_h} mm/h: {found}, {mean}");
             }
+        }
+    }
+
+    #[test]
+    fn hardly_any_snow_returns_hardly_any_beam() {
+        let optics = AnyModel::by_name("lms111").unwrap().optics();
+        let mean = |mm_h: f64| Drops::snow(optics, mm_h).mean(4.0);
+        let lightest = mean(LIGHTEST_SNOW_MM_H);
+        for share in [1e-4, 0.01, 0.1, 0.5] {
+            let found = mean(share * LIGHTEST_SNOW_MM_H) / lightest;
+            assert!((found / share - 1.0).abs() < 1e-9, "{share}: {found}");
         }
     }
 
