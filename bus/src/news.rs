@@ -19,8 +19,7 @@ pub enum BusNews {
     Back,
     /// The first that a client of a port sent and that was refused.
     #[error(
-        "a client of the bus sent `{0}`, which is no frame and no command that its port takes: it was answered so, nothing came of it, and more of that kind is not told; \
-         docs/can.md has the forms"
+        "a client of the bus sent {0}; nothing came of it, and what else is refused on this port is not told"
     )]
     Refused(Refused),
 }
@@ -69,9 +68,12 @@ mod tests {
         let lost = AddressState::Lost(0xF0);
         assert_eq!(watch.news(0, PortEvent::Opened, lost), Some(BusNews::AddressLost(0xF0)));
         assert_eq!(watch.news(0, PortEvent::Opened, lost), None);
-        let refused = |text: &str| PortEvent::Refused(Refused::of(text.as_bytes()));
+        let refused = |text: &str| PortEvent::Refused(Refused::of(text.as_bytes(), "no frame"));
         let first = watch.news(0, refused("send 18FF1427 8 FA"), lost);
-        assert!(first.is_some_and(|news| news.to_string().contains("`send 18FF1427 8 FA`")), "{first:?}");
+        assert!(
+            first.is_some_and(|news| news.to_string().contains("`send 18FF1427 8 FA`: no frame")),
+            "{first:?}"
+        );
         assert_eq!(watch.news(0, refused("send 1"), lost), None);
         assert!(watch.news(1, refused("send 1"), lost).is_some(), "another port");
     }

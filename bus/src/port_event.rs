@@ -46,15 +46,16 @@ pub enum PortEvent {
     Frame(CanFrame),
     /// The port is off its bus until it is [`PortEvent::Opened`] again.
     Lost(BusLoss),
-    /// A client sent what is no frame and no command; it was answered so, and nothing came of it.
+    /// Nothing came of what a client sent.
     Refused(Refused),
 }
 
-/// What a client sent that was refused: its beginning.
+/// What a client sent that was refused: its beginning, and why.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Refused {
     bytes: [u8; Self::MOST],
     len: u8,
+    why: &'static str,
 }
 
 impl Refused {
@@ -62,17 +63,18 @@ impl Refused {
     const MOST: usize = 63;
 
     /// Keeps the beginning of what was sent.
-    pub fn of(sent: &[u8]) -> Self {
+    pub fn of(sent: &[u8], why: &'static str) -> Self {
         let mut bytes = [0; Self::MOST];
         let len = sent.len().min(Self::MOST);
         bytes.iter_mut().zip(sent).for_each(|(kept, byte)| *kept = *byte);
-        Self { bytes, len: len as u8 }
+        Self { bytes, len: len as u8, why }
     }
 }
 
 impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.bytes.get(..usize::from(self.len)).unwrap_or_default().escape_ascii())
+        let sent = self.bytes.get(..usize::from(self.len)).unwrap_or_default();
+        write!(f, "`{}`: {}", sent.escape_ascii(), self.why)
     }
 }
 

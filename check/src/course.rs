@@ -9,7 +9,6 @@ use crate::judge::Runs;
 use crate::judged::Judged;
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, OnExit, RunSpec, Scenario};
-use crate::unmet;
 use crate::what::Kind;
 
 /// What was to happen and did not, in words, and what is told of it.
@@ -60,12 +59,12 @@ fn never_acted<'a>(
         let at_once = fault.has_until() && over_at_once(&run.events, id);
         let why = first
             .or_else(|| at_once.then(|| over.to_owned()))
-            .or_else(|| met_nothing.then(|| "what it acts on never came".to_owned()))
-            .or_else(|| unmet::why(scenario, fault, run).filter(|_| began).map(str::to_owned))?;
+            .or_else(|| run.unmet(fault).filter(|_| began))
+            .or_else(|| met_nothing.then(|| "what it acts on never came".to_owned()))?;
         run.events.iter().all(|event| event.event != acted).then_some(why)
     })?;
     let message = format!(
-        "fault `{id}` could act on nothing: {why}; take a fault that this stream has, or expect `fault_acts` of `{id}` to equal 0"
+        "fault `{id}` could act on nothing: {why}; have it act, take another fault, or expect `fault_acts` of `{id}` to equal 0"
     );
     Some(Shortfall { name: format!("fault {id} acts"), judged: Judged::error(message) })
 }

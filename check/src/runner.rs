@@ -32,6 +32,7 @@ use crate::sprayer::{SprayerRun, reserved, untold};
 use crate::standing::Standing;
 use crate::takers;
 use crate::truth;
+use crate::unmet;
 use crate::unread;
 use crate::witness::{Stream, Witness};
 
@@ -112,6 +113,12 @@ impl RunRecord {
         let code = code.map_or("an unknown code".to_owned(), |code| format!("code {code}"));
         let (place, end) = (self.place(), scenario.end);
         Some(format!("the run ended at {place}, before its end, {end}: `{child}` had left with {code}"))
+    }
+
+    /// Why a fault changed nothing, if that is known.
+    pub(crate) fn unmet(&self, fault: &ScenarioFault) -> Option<String> {
+        let Self { streams, events, journal, ended, .. } = self;
+        unmet::why(fault, &unmet::Left { streams, events, journal: journal.as_ref()?, ended: *ended })
     }
 
     /// When and where it ended.
@@ -253,11 +260,12 @@ async fn drive(
             .push(format!("killed what the children left running outside their group: {}", left.join(", ")));
     }
     record.events = journal.events();
-    let at_once = |fault: &&ScenarioFault| {
-        fault.has_until() && fault.id().is_some_and(|id| over_at_once(&record.events, id))
+    let idle = |fault: &&ScenarioFault| {
+        let at_once = fault.has_until() && fault.id().is_some_and(|id| over_at_once(&record.events, id));
+        at_once || record.unmet(fault).is_some()
     };
     let ids: Vec<String> =
-        faults.iter().filter(at_once).filter_map(|fault| fault.id()).map(str::to_owned).collect();
+        faults.iter().filter(idle).filter_map(|fault| fault.id()).map(str::to_owned).collect();
     record.fault_acts.extend(ids.into_iter().map(|id| (id, 0)));
     let seen = |device: &DeviceSpec| (device.id.clone(), truth::Trees::of(&stage, device.scanner));
     record.truths = scenario.devices.iter().map(seen).collect();

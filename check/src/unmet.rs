@@ -1,5 +1,6 @@
 //! Faults that began and changed nothing that anybody could notice, by what they act on.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use rowscan_canopy::AdvanceSource;
@@ -7,45 +8,53 @@ use rowscan_protocol::time::SimTime;
 
 use crate::fault::ScenarioFault;
 use crate::journal::{Event, Journal};
-use crate::runner::RunRecord;
-use crate::scenario::Scenario;
+use crate::witness::Stream;
 
 /// How closely the way is looked at.
 const STEP: Duration = Duration::from_millis(20);
 /// A tractor that goes less in such a step stands, metres.
 const STANDS_M: f64 = 1e-6;
 
-/// Why a fault could change nothing in a run in which it began; `None` where it could.
-pub(crate) fn why(scenario: &Scenario, fault: &ScenarioFault, run: &RunRecord) -> Option<&'static str> {
+/// What a run has left of its course.
+pub(crate) struct Left<'a> {
+    pub(crate) streams: &'a BTreeMap<String, Stream>,
+    pub(crate) events: &'a [Event],
+    pub(crate) journal: &'a Journal,
+    /// When it ended.
+    pub(crate) ended: SimTime,
+}
+
+/// Why a fault changed nothing in a run in which it began; `None` where it could.
+pub(crate) fn why(fault: &ScenarioFault, left: &Left<'_>) -> Option<String> {
     let ScenarioFault::Rig(spec) = fault else { return None };
     match spec.fault.name {
-        "encoder" if !anybody_counts(run) => {
-            Some("no scan told what the encoder counts: have a client switch it on")
-        }
-        "gnss" if scenario.nmea.is_empty() && scenario.buses.is_empty() => {
-            Some("nothing carries GNSS: the scenario has no `[[nmea]]` and no `[[bus]]`")
-        }
-        "reverse" => lasting(run, spec.id.as_deref()?, |way_m| way_m < -STANDS_M)
-            .then_some("it was over before the tractor went back: make it longer than the braking takes"),
-        "stop" => lasting(run, spec.id.as_deref()?, |way_m| way_m.abs() < STANDS_M)
-            .then_some("it was over before the tractor stood: make it longer than the braking takes"),
+        "encoder" if !anybody_counts(left.streams) => Some(
+            "nobody was told what the encoder counts: have a client of a scanner switch it on".to_owned(),
+        ),
+        "reverse" => never(left, spec.id.as_deref()?, "went back", |way_m| way_m < -STANDS_M),
+        "stop" => never(left, spec.id.as_deref()?, "stood", |way_m| way_m.abs() < STANDS_M),
         _ => None,
     }
 }
 
 /// Whether a scanner told the encoder's counts.
-fn anybody_counts(run: &RunRecord) -> bool {
-    let sources = run.streams.values().filter_map(|stream| stream.estimate.as_ref()?.advance_source);
-    sources.into_iter().any(|source| source == AdvanceSource::Encoder)
+fn anybody_counts(streams: &BTreeMap<String, Stream>) -> bool {
+    let mut sources = streams.values().filter_map(|stream| stream.estimate.as_ref()?.advance_source);
+    sources.any(|source| source == AdvanceSource::Encoder)
 }
 
-/// Whether a fault had an end, and from its begin to the end of the run no step of the way was so.
-fn lasting(run: &RunRecord, id: &str, is_so: impl Fn(f64) -> bool) -> bool {
-    let Some(journal) = &run.journal else { return false };
+/// Why the tractor never did what a fault wants: from its begin to the end of the run no step of the way was so.
+fn never(left: &Left<'_>, id: &str, did: &str, is_so: impl Fn(f64) -> bool) -> Option<String> {
     let end = format!("{id}.end");
-    let named = |name: &str| run.events.iter().find(|event| event.event == name).map(Event::at);
-    let (Some(from), Some(_)) = (named(id), named(&end)) else { return false };
-    !steps(journal, from, run.ended).any(is_so)
+    let named = |name: &str| left.events.iter().find(|event| event.event == name).map(Event::at);
+    let from = named(id)?;
+    if steps(left.journal, from, left.ended).any(is_so) {
+        return None;
+    }
+    Some(match named(&end).filter(|end| *end < left.ended) {
+        Some(_) => format!("it was over before the tractor {did}: make it longer than the braking takes"),
+        None => format!("the run ended before the tractor {did}: move `end`"),
+    })
 }
 
 /// The way of each step, metres.

@@ -307,7 +307,7 @@ pub const WHATS: &[What] = &[
         "valves",
         Sprayed::Valves,
         &["all", "after", "within_s"],
-        "all valves are `closed` or `open` at once, so many simulated seconds after an event at the latest [0]",
+        "all valves are `closed` or `open` at once: at the event, or with `within_s` so many simulated seconds after it at the latest; an *error* where they are so already at it. Not that they stay so: `time_to_safe_s` asks for that",
     ),
     sprayer(
         "time_to_safe_s",

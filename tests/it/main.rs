@@ -43,6 +43,7 @@ mod field;
 mod frozen_clock;
 mod help;
 mod hostile;
+mod idle_faults;
 mod interrupted;
 mod interrupted_reading;
 mod isobus;

@@ -64,7 +64,10 @@ impl Lines {
             Ok(frames) => heard.extend(frames.into_iter().map(PortEvent::Frame)),
             Err(why) => {
                 answers.extend_from_slice(format!("? {why}\n").as_bytes());
-                heard.push(PortEvent::Refused(Refused::of(&line)));
+                heard.push(PortEvent::Refused(Refused::of(
+                    &line,
+                    "no line that this port takes, as its answer says",
+                )));
             }
         }
         self.line = line;

@@ -122,7 +122,11 @@ impl Adapter {
                 let frame = parse_frame(name, rest);
                 // Hosts try commands that adapters do not have, and go by the answer: frames alone are missed. A wrong rate is told already.
                 if !self.wrong_rate && (frame.is_none() || !self.open || self.listen_only) {
-                    heard.push(PortEvent::Refused(Refused::of(line)));
+                    let why = match frame {
+                        None => "no frame in slcan's form",
+                        Some(_) => "the channel is not open for sending (`O`)",
+                    };
+                    heard.push(PortEvent::Refused(Refused::of(line, why)));
                 }
                 let frame = frame.filter(|_| self.open && !self.listen_only && !self.wrong_rate)?;
                 heard.push(PortEvent::Frame(frame));

@@ -15,6 +15,12 @@ pub const QUIET: Duration = Duration::from_millis(50);
 /// No element is longer.
 const LONGEST: usize = 128;
 
+/// Why what a client sent came to nothing.
+const FORM: &str = "no frame in the form `< send ID LENGTH BYTES >`: 3 digits of identifier, or 8 of an extended one, and as many bytes as LENGTH says, apart by blanks";
+const ORDER: &str = "not in this state: `< open can0 >` once, then `< rawmode >`, then frames";
+const OVERLONG: &str = "an element of more than 128 bytes";
+const BARE: &str = "outside of angle brackets, where nothing is read";
+
 /// One client's conversation.
 #[derive(Clone, Debug, Default)]
 pub struct Conversation {
@@ -33,6 +39,7 @@ impl Conversation {
         for &byte in bytes {
             match byte {
                 b'<' => {
+                    self.end_bare(heard);
                     self.inside = true;
                     self.element.clear();
                 }
@@ -46,18 +53,38 @@ impl Conversation {
                 _ if self.inside => {
                     self.inside = false;
                     answers.push_str("< error element too long >");
+                    heard.push(PortEvent::Refused(Refused::of(&self.element, OVERLONG)));
+                    self.element.clear();
                 }
+                b'\n' => self.end_bare(heard),
+                _ if !byte.is_ascii_whitespace() || !self.element.is_empty() => self.add_bare(byte, heard),
                 _ => {}
             }
         }
     }
 
+    /// Takes a byte outside of brackets.
+    fn add_bare(&mut self, byte: u8, heard: &mut Vec<PortEvent>) {
+        self.element.push(byte);
+        if self.element.len() >= LONGEST {
+            self.end_bare(heard);
+        }
+    }
+
+    /// What stood outside of brackets is over.
+    fn end_bare(&mut self, heard: &mut Vec<PortEvent>) {
+        if !self.inside && !self.element.is_empty() {
+            heard.push(PortEvent::Refused(Refused::of(self.element.trim_ascii(), BARE)));
+            self.element.clear();
+        }
+    }
+
     fn element_in(&mut self, text: &str, answers: &mut String, heard: &mut Vec<PortEvent>) {
         let mut words = text.split_whitespace();
-        let mut refuse = |answers: &mut String, why: &str| {
+        let mut refuse = |answers: &mut String, answer: &str, why: &'static str| {
             // Writing to memory cannot fail.
-            let _ = write!(answers, "< error {why} >");
-            heard.push(PortEvent::Refused(Refused::of(text.trim().as_bytes())));
+            let _ = write!(answers, "< error {answer} >");
+            heard.push(PortEvent::Refused(Refused::of(text.trim().as_bytes(), why)));
         };
         match words.next() {
             Some("open") if !self.opened => {
@@ -72,10 +99,10 @@ impl Conversation {
             Some("echo") => answers.push_str("< echo >"),
             Some("send") if self.raw => match sent(words) {
                 Some(frame) => heard.push(PortEvent::Frame(frame)),
-                None => refuse(answers, "could not parse frame"),
+                None => refuse(answers, "could not parse frame", FORM),
             },
-            Some("open" | "rawmode" | "send") => refuse(answers, "not in this state"),
-            _ => refuse(answers, "unknown command"),
+            Some("open" | "rawmode" | "send") => refuse(answers, "not in this state", ORDER),
+            _ => refuse(answers, "unknown command", "no command of a socketcand client in raw mode"),
         }
     }
 
@@ -151,21 +178,32 @@ mod tests {
     fn nonsense_is_answered_with_an_error_and_bounded() {
         let mut conversation = Conversation::default();
         let (mut answers, mut heard) = (String::new(), Vec::new());
-        let refused = |text: &str| PortEvent::Refused(Refused::of(text.as_bytes()));
+        let refused = |text: &str, why| PortEvent::Refused(Refused::of(text.as_bytes(), why));
         conversation.handle_bytes(b"< send 123 0 >< fly >", &mut answers, &mut heard);
-        assert_eq!(std::mem::take(&mut heard), [refused("send 123 0"), refused("fly")]);
+        assert_eq!(
+            std::mem::take(&mut heard),
+            [refused("send 123 0", ORDER), refused("fly", "no command of a socketcand client in raw mode"),]
+        );
         assert_eq!(answers, "< error not in this state >< error unknown command >");
         answers.clear();
         conversation.handle_bytes(&[b"<".as_slice(), &[b'x'; 1000]].concat(), &mut answers, &mut heard);
         assert_eq!(answers, "< error element too long >");
+        assert_eq!(heard.first(), Some(&refused(&"x".repeat(128), OVERLONG)));
+        assert!(heard.len() > 1 && heard[1..].iter().all(|rest| *rest == refused(&"x".repeat(128), BARE)));
         answers.clear();
+        conversation.handle_bytes(b"\r\n \n<", &mut answers, &mut Vec::new());
+        heard.clear();
+        conversation.handle_bytes(b" echo > \r\n", &mut answers, &mut heard);
+        assert_eq!((std::mem::take(&mut answers), heard.len()), ("< echo >".to_owned(), 0));
+        conversation.handle_bytes(b"send 123 1 00\n", &mut answers, &mut heard);
+        assert_eq!(std::mem::take(&mut heard), [refused("send 123 1 00", BARE)]);
         conversation.handle_bytes(
             b"< open can0 >< rawmode >< send 123 2 01 >< send 1234567890 0 >",
             &mut answers,
             &mut heard,
         );
         assert_eq!(answers.matches("could not parse").count(), 2);
-        let sent = [refused("send 123 2 01"), refused("send 1234567890 0")];
+        let sent = [refused("send 123 2 01", FORM), refused("send 1234567890 0", FORM)];
         assert_eq!(heard, [PortEvent::Opened, sent[0], sent[1]]);
     }
 }

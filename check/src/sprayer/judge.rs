@@ -163,7 +163,7 @@ fn valves(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
     if is_so(from_s) {
         let event = expect.after.as_ref().map_or("the run began".to_owned(), |after| format!("{after} came"));
         return Err(format!(
-            "`valves`: unknown: all valves were {name} already when {event}; let it come while they are not"
+            "`valves`: unknown: all valves were {name} already when {event}, so `within_s` says nothing; have that happen while they are not, or leave `within_s` out to ask for that instant"
         ));
     }
     Ok(if later.is_finite() {
@@ -171,7 +171,7 @@ fn valves(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
         let others = open.iter().flat_map(|open| open.iter().flat_map(|span| [span.from, span.to]));
         let again = others.filter(|other| *other > later && !is_so(*other)).fold(f64::INFINITY, f64::min);
         let again = match again.is_finite() {
-            true => format!("; others again {:.3} s later", again - later),
+            true => format!("; {:.3} s later not all were", again - later),
             false => String::new(),
         };
         Judged::holds(true, format!("all valves were {name} after {:.3} s{again}", later - from_s))

@@ -171,7 +171,9 @@ impl Plan {
             let before = work.drop.take();
             let came = work.clone();
             let (what, reason) = match fault.act(work, &mut dice) {
-                Ok(()) if *work == came => (What::Skipped, Some("the telegram is what it was".to_owned())),
+                Ok(()) if *work == came => {
+                    (What::Skipped, Some("nothing about the telegram changes by it".to_owned()))
+                }
                 Ok(()) => (What::Act, None),
                 Err(skipped) => (What::Skipped, Some(skipped.0)),
             };

@@ -11,7 +11,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter::new("level", Form::Whole(1, 3), "2", "1 a warning, 2 an error, 3 a serious error"),
     Parameter::new(
         "sector",
-        Form::Pair(-45.0, 360.0),
+        Form::Pair(-90.0, 360.0),
         "no beam is lost",
         "device angles, degrees: from level 2 on, beams between them see nothing",
     ),
