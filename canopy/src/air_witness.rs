@@ -1,8 +1,8 @@
 //! What the scans themselves say of the air: rain, snow, fog, dust and spray return beams before they reach the row.
 //!
 //! Close to the scanner nothing grows, for the tractor drives there. A leaf or a twig that hangs there all the same is wide, and neighbouring beams meet it, too;
-//! drops and flakes are met by one beam alone, and fog and dust return each beam from another place. A nozzle that rides with the scanner sprays a smooth
-//! cloud, and so does the machine look that stands in the beams: it is there in every line, wherever the tractor is, and no crown is.
+//! drops and flakes are met by one beam alone, and fog and dust return each beam from another place. The spray of a nozzle that rides with the scanner is smooth,
+//! and so is a part of the machine in its beams: such returns come in each line, wherever the tractor is, and those of a crown end with it.
 
 use rowscan_protocol::angle::BeamGrid;
 
@@ -26,8 +26,9 @@ const WEATHER_WITHHELD: f64 = 0.06;
 
 /// So long along the row each line has returns there where a nozzle sprays, metres; crowns end between trees.
 const RIDES_M: f64 = 4.0;
-/// Lines without a return there that end such a stretch.
+/// Lines without a return there, or way without a line, that end such a stretch.
 const APART_LINES: u64 = 4;
+const APART_M: f64 = 0.5;
 /// Share of all returns there.
 const RIDES_SHARE: f64 = 0.01;
 /// Hedges and walls of fruit reach so far from their axis all along the row, metres.
@@ -45,10 +46,14 @@ pub(crate) struct AirWitness {
     longest_m: f64,
 }
 
-/// Lines one after the other: where they began, and how many without such a return came last.
+/// Lines one after the other.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Run {
+    /// Where it began, metres along the row.
     from_m: Option<f64>,
+    /// Where the latest line was.
+    last_m: f64,
+    /// How many without such a return came last.
     empty: u64,
 }
 
@@ -76,6 +81,19 @@ pub(crate) enum InAir {
         /// Length of row along which each line has returns there, metres.
         length_m: f64,
     },
+}
+
+impl Run {
+    /// Adds a line; how long it is now, metres, if that line has such a return.
+    fn add(&mut self, y_m: f64, is_met: bool) -> Option<f64> {
+        let is_far = (y_m - self.last_m).abs() > APART_M;
+        self.last_m = y_m;
+        self.empty = if is_met { 0 } else { self.empty + 1 };
+        if is_far || self.empty >= APART_LINES {
+            self.from_m = None;
+        }
+        is_met.then(|| (y_m - *self.from_m.get_or_insert(y_m)).abs())
+    }
 }
 
 impl InAir {
@@ -120,13 +138,8 @@ impl AirWitness {
                 is_met |= !is_alone;
             }
         }
-        let Run { from_m, empty } = &mut self.run;
-        *empty = if is_met { 0 } else { *empty + 1 };
-        if *empty >= APART_LINES {
-            *from_m = None;
-        } else if is_met {
-            let from_m = *from_m.get_or_insert(y_m);
-            self.longest_m = self.longest_m.max((y_m - from_m).abs());
+        if let Some(length_m) = self.run.add(y_m, is_met) {
+            self.longest_m = self.longest_m.max(length_m);
         }
     }
 
@@ -213,5 +226,9 @@ mod tests {
         let cloud = witness(|_, beam| if (30..60).contains(&beam) { 0.6 } else { 2.0 });
         assert!(matches!(cloud.found(DISTANCE_M), Some(InAir::Rides { .. })));
         assert_eq!(cloud.found(1.2), None, "a hedge 0.6 m deep to its axis");
+        // Two twigs, and scans that were lost between them.
+        let mut run = Run::default();
+        let ways = [0.0, 0.1, 5.0, 5.1].map(|y_m| run.add(y_m, true).expect("met"));
+        assert!(ways.iter().all(|way_m| *way_m < 0.2), "{ways:?}");
     }
 }

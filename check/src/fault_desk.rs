@@ -37,9 +37,13 @@ struct Sweeping {
     sweep: Sweep,
     /// Values handed to the faults so far.
     added: i64,
-    /// Values that are over.
+    /// Values that have acted.
     done: i64,
-    /// The fault of the last of them: one that loses several telegrams acts several times.
+    /// Values that are over: some may have changed nothing.
+    tried: i64,
+    /// Why the first of those changed nothing.
+    idle: Option<String>,
+    /// The fault of the last one that is over: one that loses several telegrams acts several times.
     last: Option<String>,
     phase: Phase,
 }
@@ -71,6 +75,8 @@ impl FaultDesk {
                         sweep: sweep.clone(),
                         added: AHEAD,
                         done: 0,
+                        tried: 0,
+                        idle: None,
                         last: None,
                         phase: Phase::Waiting,
                     });
@@ -178,13 +184,15 @@ impl Work {
                 journal.note_at(id, detail(event), time(event));
                 return true;
             }
-            What::Act if sweeping.last.as_ref() == Some(&event.id) => return true,
-            What::Act => {
-                sweeping.done += 1;
-                sweeping.last = Some(event.id.clone());
-            }
+            What::Act | What::Skipped if sweeping.last.as_ref() == Some(&event.id) => return true,
             // The telegram has no such byte: all were swept.
             What::Skipped if sweeping.sweep.to.is_none() => sweeping.phase = Phase::Done,
+            What::Act | What::Skipped => {
+                sweeping.tried += 1;
+                sweeping.done += i64::from(event.what == What::Act);
+                sweeping.last = Some(event.id.clone());
+                sweeping.idle = sweeping.idle.take().or_else(|| event.reason.clone());
+            }
             _ => return true,
         }
         // Whoever acts here was checked when the scenario was read; a later one differs in a number.
@@ -192,12 +200,15 @@ impl Work {
             && control.add(next).is_ok()
         {
             sweeping.added += 1;
-        } else if sweeping.done > sweeping.sweep.to.unwrap_or(i64::MAX).saturating_sub(sweeping.sweep.from) {
+        } else if sweeping.tried > sweeping.sweep.to.unwrap_or(i64::MAX).saturating_sub(sweeping.sweep.from) {
             sweeping.phase = Phase::Done;
         }
         if sweeping.phase == Phase::Done {
             let told = format!("{} values of {}", sweeping.done, sweeping.sweep.key);
             journal.note_at(format!("{id}.end"), told, time(event));
+            if let Some(why) = sweeping.idle.take().filter(|_| sweeping.done == 0) {
+                journal.note_at(format!("{id}.skipped"), why, time(event));
+            }
             self.ended.push((id, Some(event.on.clone())));
         }
         true

@@ -343,9 +343,9 @@ impl Args {
                 "the tractor starts now, but at --time-scale max time waits for a client that takes scans"
             }
             (StartWhen::Now, _) => "the tractor starts now",
-            (_, 0) => "the tractor starts with the first client",
-            (StartWhen::All, 2..) => "the tractor starts when every scanner has a client",
-            _ => "the tractor starts with the first scan sent",
+            (_, 0) => "the tractor and its time start with the first client",
+            (StartWhen::All, 2..) => "the tractor and its time start when every scanner has a client",
+            _ => "the tractor and its time start with the first scan sent",
         };
         say(format_args!("{titles} on {scene}, seed {seed}; {starts}"));
         if !sources.is_empty() && sources.len() == fitted.len() {

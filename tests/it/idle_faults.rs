@@ -88,3 +88,25 @@ fn what_a_client_of_the_bus_sends_for_nothing_is_told() {
     let sound = told("< open can0 >< rawmode >< send 18FF1427 3 FA FA FA >\\n");
     assert!(!sound.contains("nothing came of it"), "{sound}");
 }
+
+/// Values of a sweep that change nothing are over like others, and are no acts; a sweep of nothing else is an error.
+#[test]
+fn a_sweep_goes_on_behind_a_value_that_changes_nothing() {
+    let acts = |acts: u32| format!("{{ what = \"fault_acts\", of = \"f\", equals = {acts} }}");
+    let swept = |fault: &str, expect: &str| {
+        let fault = format!("{{ id = \"f\", on = \"left\", at = {{ scan = 5 }}, {fault} }}");
+        judged(&fault, "", &(expect, ""))
+    };
+    let (code, lines, said) = swept("name = \"length\", sweep = { by = [-1, 1] }", &acts(2));
+    assert_eq!(code, Some(0), "{lines:?} {said}");
+    let beyond = "name = \"split\", sweep = { offset = [5000, 5002] }";
+    let (code, lines, said) = swept(beyond, "{ what = \"telegrams_bad\", equals = 0 }");
+    let errors = messages(&lines, "error");
+    assert!(
+        errors.iter().any(|error| error.contains("offset 5000 is beyond the telegram")),
+        "{errors:?} {said}"
+    );
+    assert_eq!(code, Some(2), "{lines:?}");
+    let (code, lines, said) = swept(beyond, &acts(0));
+    assert_eq!(code, Some(0), "{lines:?} {said}");
+}

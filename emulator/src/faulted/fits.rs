@@ -81,7 +81,7 @@ fn fits_cola(model: &Model, fault: &DeviceFault) -> Fit {
             let (start, stop) = (model.start_angle, model.stop_angle);
             let deg = |angle: i32| f64::from(angle) / 1e4;
             Fit::Refuses(format!(
-                "`sector` from {from}° to {to}° holds no beam of a {}: they lie between {}° and {}°",
+                "`sector` from {from}° to {to}° holds no beam of this {}: its beams lie between {}° and {}°",
                 model.title,
                 deg(start),
                 deg(stop)
