@@ -384,8 +384,9 @@ fn row(
             }
             warn_of_range(estimate, &law.row_ranged(), calibration);
             if law.no_regression() == Some(Withheld::OtherMount) {
-                let CalibrationClass { distance_m, height_m, .. } = calibration.class;
-                estimate.warnings.push(Warning::OtherMount { distance_m, height_m });
+                let CalibrationClass { distance_m, height_m, yaw_deg, pitch_deg, .. } = calibration.class;
+                let turned_deg = [yaw_deg, pitch_deg].map(Option::unwrap_or_default);
+                estimate.warnings.push(Warning::OtherMount { distance_m, height_m, turned_deg });
             }
             if law.no_regression() == Some(Withheld::WeakRegression) {
                 let r2 = calibration.quality(calibration.best_regression()).r2_left_out();

@@ -43,10 +43,12 @@ pub enum Warning {
     },
     /// The calibration's regression on I_T is of rows that are seen from elsewhere: it is withheld.
     OtherMount {
-        /// How far off its rows' axes were, metres.
+        /// How far off their axes were, metres.
         distance_m: Option<f64>,
-        /// How high above the ground its scanner was, metres.
+        /// How high above the ground their scanner was, metres.
         height_m: Option<f64>,
+        /// Its yaw and pitch, degrees; 0 where it was upright.
+        turned_deg: [f64; 2],
     },
     /// Shares of spots and contact agree otherwise than on the calibration's rows: the leaf area is by contact.
     SharesDisagree {

@@ -70,6 +70,12 @@ pub struct CalibrationClass {
     /// Height of the mirror above the ground, metres; unknown in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height_m: Option<f64>,
+    /// By how much its scan plane was turned about the vertical, degrees; upright to the row where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw_deg: Option<f64>,
+    /// By how much it leant forward or back, degrees; upright where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pitch_deg: Option<f64>,
     /// How far apart lines lay, the mean over the rows' length, metres; unknown in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line_spacing_m: Option<f64>,

@@ -89,7 +89,7 @@ impl RangedAreas {
 
 /// A mount so many times as far from the row, or as high, sees another I_T.
 const OTHER_PLACE_RATIO: f64 = 1.15;
-/// So does a plane that leans by more, degrees.
+/// So does a plane that is turned, or leans, by so much more, degrees.
 const MOST_LEANING_DEG: f64 = 5.0;
 
 impl<'a> Law<'a> {
@@ -376,7 +376,10 @@ fn is_seen_from_elsewhere(class: &CalibrationClass, mount: &Mount) -> bool {
     let is_other = |fitted: Option<f64>, own: f64| {
         fitted.is_some_and(|fitted| (own / fitted).ln().abs() > OTHER_PLACE_RATIO.ln())
     };
+    let leans_otherwise =
+        |fitted: Option<f64>, own: f64| (own - fitted.unwrap_or_default()).abs() > MOST_LEANING_DEG;
     is_other(class.distance_m, mount.distance_m)
         || is_other(class.height_m, mount.height_m)
-        || mount.yaw_deg.abs().max(mount.pitch_deg.abs()) > MOST_LEANING_DEG
+        || leans_otherwise(class.yaw_deg, mount.yaw_deg)
+        || leans_otherwise(class.pitch_deg, mount.pitch_deg)
 }

@@ -35,11 +35,11 @@ impl fmt::Display for Warning {
                 "the calibration's regression on I_T tells {:.0} % of what rows differ by, of rows that were not fitted: it is withheld",
                 100.0 * r2.max(0.0)
             ),
-            Self::OtherMount { distance_m, height_m } => {
+            Self::OtherMount { distance_m, height_m, turned_deg: [yaw, pitch] } => {
                 let metres = |known: &Option<f64>| known.map_or("unknown".to_owned(), |m| format!("{m} m"));
                 write!(
                     f,
-                    "the calibration's regression on I_T is of rows seen upright from a distance of {} and a height of {}, and I_T goes with where a row is seen from: the leaf area by I_T is withheld; that by contact is not",
+                    "the calibration's regression on I_T is of rows seen from a distance of {} and a height of {} with a yaw of {yaw}° and a pitch of {pitch}°, and I_T goes with where a row is seen from: the leaf area by I_T is withheld; that by contact is not",
                     metres(distance_m),
                     metres(height_m)
                 )

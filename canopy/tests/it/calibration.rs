@@ -529,4 +529,13 @@ fn a_regression_of_rows_that_were_seen_from_elsewhere_is_withheld() {
         assert_eq!(warned, !is_told, "{fitted:?} {yaw_deg}: {:?}", found.warnings);
         assert!(found.leaf.areas.best_m2().is_ok(), "{:?}", found.warnings);
     }
+    // One that was fitted with a yaw is told with that, and not upright.
+    for (yaw_deg, is_told) in [(10.0, true), (0.0, false), (-10.0, false)] {
+        let mut calibration = line_on(&samples);
+        calibration.class.yaw_deg = Some(10.0);
+        let mut rig = orchard_rig();
+        rig.scanners[0].yaw_deg = yaw_deg;
+        let told = calibrated(calibration, &rig).leaf.areas.regression_m2();
+        assert_eq!(told.err(), (!is_told).then_some(Withheld::OtherMount), "{yaw_deg}");
+    }
 }

@@ -265,6 +265,8 @@ fn fitted(found: &Estimate) -> Calibration {
         optics: calibration::Optics::Footprint,
         distance_m: Some(DISTANCE_M),
         height_m: None,
+        yaw_deg: None,
+        pitch_deg: None,
         line_spacing_m: None,
         voxel_m: None,
         canopy: CanopyClass::default(),

@@ -196,6 +196,8 @@ fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationC
         optics: rig.optics.into(),
         distance_m: mount.map(|mount| mount.distance_m),
         height_m: mount.map(|mount| mount.height_m),
+        yaw_deg: mount.map(|mount| mount.yaw_deg).filter(|deg| *deg != 0.0),
+        pitch_deg: mount.map(|mount| mount.pitch_deg).filter(|deg| *deg != 0.0),
         line_spacing_m: None,
         voxel_m: None,
         canopy,

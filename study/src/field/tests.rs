@@ -14,6 +14,8 @@ fn class() -> CalibrationClass {
         optics: Optics::Measured,
         distance_m: Some(2.0),
         height_m: None,
+        yaw_deg: None,
+        pitch_deg: None,
         line_spacing_m: None,
         voxel_m: None,
         canopy: CanopyClass::default(),

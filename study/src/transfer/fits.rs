@@ -81,6 +81,8 @@ fn class() -> CalibrationClass {
         optics: Optics::Ideal,
         distance_m: None,
         height_m: None,
+        yaw_deg: None,
+        pitch_deg: None,
         line_spacing_m: None,
         voxel_m: None,
         canopy: CanopyClass::default(),
