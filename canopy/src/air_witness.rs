@@ -4,12 +4,9 @@
 //! drops and flakes are met by one beam alone, and fog and dust return each beam from another place. The spray of a nozzle that rides with the scanner is smooth,
 //! and so is a part of the machine in its beams: such returns come in each line, wherever the tractor is, and those of a crown end with it.
 
-use rowscan_protocol::angle::BeamGrid;
-
-use crate::across::{LOWEST_M, NEAR_SCANNER_M};
-use crate::beam_witness::{compared_step, depth_m};
-use crate::geometry::{BeamTable, Frame, MAX_RANGE_M};
-use crate::leaf::Withheld;
+use crate::across::NEAR_SCANNER_M;
+use crate::beam_witness::compared_step;
+use crate::geometry::{BeamTable, Frame, depth_m};
 
 /// Farther from both of its neighbours, a return stands alone, metres.
 const ALONE_M: f64 = 0.1;
@@ -24,12 +21,12 @@ const WEATHER_SHARE: f64 = 0.005;
 /// of 10 mm/h) they read up to 5 % more than in clear air, with 0.06 (60 mm/h) 5 to 10 %, with 0.08 (dust of 0.05 g/m³) 30 %, with 0.12 (snow of 1 mm/h) 50 %.
 const WEATHER_WITHHELD: f64 = 0.06;
 
-/// So long along the row each line has returns there where a nozzle sprays, metres; crowns end between trees.
+/// Length of row along which each line has returns there where a nozzle sprays, metres; crowns end between trees.
 const RIDES_M: f64 = 4.0;
 /// Lines without a return there, or way without a line, that end such a stretch.
 const APART_LINES: u64 = 4;
 const APART_M: f64 = 0.5;
-/// Share of all returns there.
+/// Share of all returns that lie there at least.
 const RIDES_SHARE: f64 = 0.01;
 /// Hedges and walls of fruit reach so far from their axis all along the row, metres.
 const DEEPEST_HEDGE_M: f64 = 0.8;
@@ -96,40 +93,18 @@ impl Run {
     }
 }
 
-impl InAir {
-    /// Why leaf areas are withheld for it, where they are.
-    pub(crate) fn withheld(self) -> Option<Withheld> {
-        match self {
-            Self::Weather { withheld, .. } => withheld.then_some(Withheld::InTheAir),
-            Self::Rides { .. } => Some(Withheld::RidesAlong),
-        }
-    }
-}
-
 /// Where what rides with the scanner is looked for, metres from its way.
 pub(crate) const BESIDE_SCANNER_M: f64 = 2.0 * NEAR_SCANNER_M;
 
 impl AirWitness {
-    /// Adds a line's ranges, metres.
-    pub(crate) fn add(
-        &mut self,
-        frame: &Frame,
-        table: &BeamTable,
-        y_m: f64,
-        grid: BeamGrid,
-        range_m: &[f64],
-    ) {
-        let stride = compared_step(grid, 0.0);
+    /// Adds a line that was taken there by the way, metres.
+    pub(crate) fn add(&mut self, frame: &Frame, table: &BeamTable, y_m: f64, range_m: &[f64]) {
+        let stride = compared_step(table.grid(), 0.0);
         let depths = || range_m.iter().step_by(stride).map(|range_m| depth_m(*range_m));
         let (beams, after) = (table.beams().iter().step_by(stride).skip(1), depths().skip(2));
         let mut is_met = false;
         for (((beam, before_m), at_m), after_m) in beams.zip(depths()).zip(depths().skip(1)).zip(after) {
-            let Some(beam) = beam.as_ref().filter(|_| at_m <= MAX_RANGE_M) else { continue };
-            let x_m = at_m * beam.cos;
-            let above_m = frame.above_ground_m(x_m, frame.height_m + at_m * beam.sin);
-            if above_m < LOWEST_M || x_m >= frame.far_gate_m {
-                continue;
-            }
+            let Some(x_m) = beam.as_ref().and_then(|beam| frame.crown_x_m(beam, at_m)) else { continue };
             self.all += 1;
             if let Some(zone) = self.zones.get_mut((x_m / NEAR_SCANNER_M) as usize) {
                 let is_alone = (before_m - at_m).abs() > ALONE_M && (after_m - at_m).abs() > ALONE_M;
@@ -166,6 +141,7 @@ impl AirWitness {
 mod tests {
     use super::*;
     use crate::parameters::AreaForm;
+    use rowscan_protocol::angle::BeamGrid;
     use rowscan_protocol::rig::{Mount, Rig};
 
     const GRID: BeamGrid = BeamGrid { start: 600_000, step: 5000, count: 121 };
@@ -180,12 +156,12 @@ mod tests {
         let mut witness = AirWitness::default();
         for line in 0..100 {
             let ranges_m: Vec<f64> = (0..GRID.len()).map(|beam| range_m(line, beam)).collect();
-            witness.add(&frame, &table, 0.05 * line as f64, GRID, &ranges_m);
+            witness.add(&frame, &table, 0.05 * line as f64, &ranges_m);
         }
         witness
     }
 
-    /// Whether `one` of so many beams is this one.
+    /// Whether this beam is one of `every` so many.
     fn one_of(every: usize, line: usize, beam: usize) -> bool {
         (line * 31 + beam * 7).is_multiple_of(every)
     }

@@ -12,7 +12,7 @@ use rowscan_protocol::model::AnyModel;
 use rowscan_protocol::optics::Spot;
 use rowscan_protocol::rig::{BeamWidth, Mount};
 
-use crate::geometry::{Reading, reading};
+use crate::geometry::{Reading, depth_m, reading};
 
 /// Triples before anything is said.
 const LEAST_TRIPLES: u64 = 1000;
@@ -196,15 +196,6 @@ impl BeamWitness {
 /// Every so many-th beam is compared with its neighbours, which are this far apart at least, degrees.
 pub(crate) fn compared_step(grid: BeamGrid, least_deg: f64) -> usize {
     (COMPARED_STEP_DEG.max(least_deg) / grid.step_deg()).round().max(1.0) as usize
-}
-
-/// How far a beam goes, metres: endless where it met nothing, not a number where nobody knows.
-pub(crate) fn depth_m(range_m: f64) -> f64 {
-    match reading(range_m) {
-        Reading::Return => range_m,
-        Reading::Miss => f64::INFINITY,
-        Reading::Invalid => f64::NAN,
-    }
 }
 
 fn is_coarse(range_m: f64) -> bool {

@@ -8,6 +8,7 @@ use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Attitude, Axes, Mount, Rig};
 use rowscan_protocol::scan::NO_ECHO;
 
+use crate::across::LOWEST_M;
 use crate::error::PipelineError;
 use crate::parameters::AreaForm;
 
@@ -168,6 +169,15 @@ pub(crate) fn reading(range_m: f64) -> Reading {
     }
 }
 
+/// How far a beam goes, metres: endless where it met nothing, not a number where nobody knows.
+pub(crate) fn depth_m(range_m: f64) -> f64 {
+    match reading(range_m) {
+        Reading::Return => range_m,
+        Reading::Miss => f64::INFINITY,
+        Reading::Invalid => f64::NAN,
+    }
+}
+
 /// Where a return belongs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Place {
@@ -184,6 +194,13 @@ impl Frame {
     /// Height above the ground below, metres.
     pub(crate) fn above_ground_m(&self, x_m: f64, z_m: f64) -> f64 {
         z_m - self.rise * (x_m - self.distance_m)
+    }
+
+    /// How far across the row a beam of this depth ends, metres; `None` where it meets nothing, ends among low growth, or reaches the next row.
+    pub(crate) fn crown_x_m(&self, beam: &Beam, depth_m: f64) -> Option<f64> {
+        let x_m = depth_m * beam.cos;
+        let above_m = self.above_ground_m(x_m, self.height_m + depth_m * beam.sin);
+        (depth_m.is_finite() && x_m < self.far_gate_m && above_m >= LOWEST_M).then_some(x_m)
     }
 
     /// The part of a beam, metres from the mirror, that lies above the ground's clearance; empty where all of it lies in the ground.

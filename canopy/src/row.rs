@@ -260,7 +260,7 @@ impl Row {
         self.outline.add_line(weight_m);
         self.patches.add_line(range_m);
         self.voxels.add_line(beams, self.patches.fresh(), weight_m);
-        self.witnesses.add(&self.frame, &self.table, line.y_m, grid, range_m);
+        self.witnesses.add(&self.frame, &self.table, line.y_m, range_m);
         let Placed { area_m, returns, trunk } = self.place_returns(range_m, line);
         self.estimators.enter_tree(keys.tree);
         self.estimators.line(&SightedLine { weight_m, sightings: &self.sightings });

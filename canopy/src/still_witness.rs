@@ -1,15 +1,14 @@
 //! What the scans themselves say of the way: a tractor that stands sees the same picture again and again, and the way may go on all the same, by a rig's
 //! constant speed or by a wheel that slips.
 //!
-//! Scans that the way puts [`APART_M`] apart are compared where they met canopy, beam by beam, and so are the neighbouring beams of each. Foliage differs as much along the row as it
-//! does across the beams; a picture that differs between its beams and does not change is of one place. Past what is smooth (a wall, bare ground) neither
+//! Scans that the way puts [`APART_M`] apart are compared where they met canopy, beam by beam, and so are the neighbouring beams of each. Foliage differs as
+//! much along the row as from beam to beam; a picture that differs between its beams and does not change is of one place. Past what is smooth (a wall, bare ground) neither
 //! differs: then nothing is known, and nothing is said.
 
 use rowscan_protocol::angle::BeamGrid;
 
-use crate::across::LOWEST_M;
-use crate::beam_witness::{compared_step, depth_m};
-use crate::geometry::{Beam, BeamTable, Frame};
+use crate::beam_witness::compared_step;
+use crate::geometry::{Beam, BeamTable, Frame, depth_m};
 
 /// Ranges that differ by more are of two surfaces, metres: several standard deviations of any scanner here.
 const OTHER_M: f64 = 0.1;
@@ -35,7 +34,7 @@ pub(crate) struct StillWitness {
     y_m: f64,
     /// What the beams met.
     beams: Vec<Met>,
-    /// Of the line before, while one is compared.
+    /// What they met in the line that it is compared with.
     before: Vec<Met>,
     /// Pairs that tell something, and those of them that are of one place.
     pairs: u64,
@@ -44,19 +43,13 @@ pub(crate) struct StillWitness {
 
 impl StillWitness {
     /// Adds a line that was taken there by the way, metres.
-    pub(crate) fn add(
-        &mut self,
-        frame: &Frame,
-        table: &BeamTable,
-        y_m: f64,
-        grid: BeamGrid,
-        range_m: &[f64],
-    ) {
-        if self.grid == grid && (y_m - self.y_m).abs() < APART_M {
+    pub(crate) fn add(&mut self, frame: &Frame, table: &BeamTable, y_m: f64, range_m: &[f64]) {
+        let grid = table.grid();
+        let is_same_grid = self.grid == grid;
+        if is_same_grid && (y_m - self.y_m).abs() < APART_M {
             return;
         }
         std::mem::swap(&mut self.beams, &mut self.before);
-        let is_same_grid = self.grid == grid;
         (self.grid, self.y_m) = (grid, y_m);
         self.beams.clear();
         let beams = table.beams().iter().zip(range_m).step_by(compared_step(grid, 0.0));
@@ -102,12 +95,10 @@ impl Met {
         let nothing = Self { depth_m: f64::INFINITY, x_m: f64::INFINITY };
         let Some(beam) = beam else { return nothing };
         let depth_m = depth_m(range_m);
-        let x_m = depth_m * beam.cos;
-        let above_m = frame.above_ground_m(x_m, frame.height_m + depth_m * beam.sin);
-        if depth_m.is_nan() || (x_m < frame.far_gate_m && above_m >= LOWEST_M) {
-            Self { depth_m, x_m }
-        } else {
-            nothing
+        match frame.crown_x_m(beam, depth_m) {
+            Some(x_m) => Self { depth_m, x_m },
+            None if depth_m.is_nan() => Self { depth_m, x_m: f64::NAN },
+            None => nothing,
         }
     }
 
@@ -119,13 +110,14 @@ impl Met {
     }
 }
 
-/// The share of what is not still, of all that tells something; `None` where that is little.
+/// The share of `true` of all that is known; `None` where that is little.
 fn share(found: impl Iterator<Item = Option<bool>>) -> Option<f64> {
     let (all, some) = found.flatten().fold((0, 0), |(all, some), is| (all + 1, some + u32::from(is)));
     (all >= LEAST_BEAMS).then(|| f64::from(some) / f64::from(all))
 }
 
-/// How rough a line's canopy is between its lowest and its highest beam: of neighbours, those that differ. A wall's ranges do, beside how far off they lie.
+/// How rough a line's canopy is between its lowest and its highest beam: of neighbours, those that differ. A wall's ranges differ by their angle alone: across the row
+/// it is as far everywhere.
 fn rough(beams: &[Met]) -> Option<f64> {
     let is_met = |met: &Met| met.depth_m.is_finite();
     let (first, last) = (beams.iter().position(is_met)?, beams.iter().rposition(is_met)?);
@@ -158,7 +150,7 @@ mod tests {
         let mut witness = StillWitness::default();
         for (way_m, y_m) in way {
             let ranges_m: Vec<f64> = (0..GRID.len()).map(|beam| depth_m(beam, y_m)).collect();
-            witness.add(&frame, &table, way_m, GRID, &ranges_m);
+            witness.add(&frame, &table, way_m, &ranges_m);
         }
         witness
     }
@@ -204,7 +196,7 @@ mod tests {
         }
     }
 
-    /// Beams that are known in one scan and not in the next tell nothing.
+    /// Beams of another grid are compared with nothing.
     #[test]
     fn another_grid_begins_anew() {
         let rig = Rig::default();
@@ -215,7 +207,7 @@ mod tests {
             let grid = BeamGrid { start: 600_000 + 2500 * (line % 2), ..GRID };
             table.update(grid, &frame, AreaForm::Midpoint);
             let ranges_m: Vec<f64> = (0..grid.len()).map(|beam| leaves(beam, 1.0)).collect();
-            witness.add(&frame, &table, f64::from(line), grid, &ranges_m);
+            witness.add(&frame, &table, f64::from(line), &ranges_m);
         }
         assert_eq!((witness.pairs, witness.found()), (0, None));
     }

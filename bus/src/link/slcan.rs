@@ -119,16 +119,20 @@ impl Adapter {
             }
             (b'C', []) => self.open = false,
             (b't' | b'T' | b'r' | b'R', _) => {
-                let frame = parse_frame(name, rest);
-                // Hosts try commands that adapters do not have, and go by the answer: frames alone are missed. A wrong rate is told already.
-                if !self.wrong_rate && (frame.is_none() || !self.open || self.listen_only) {
-                    let why = match frame {
-                        None => "no frame in slcan's form",
-                        Some(_) => "the channel is not open for sending (`O`)",
-                    };
-                    heard.push(PortEvent::Refused(Refused::of(line, why)));
+                // A wrong rate is told already.
+                if self.wrong_rate {
+                    return None;
                 }
-                let frame = frame.filter(|_| self.open && !self.listen_only && !self.wrong_rate)?;
+                // Hosts try commands that adapters do not have, and go by the answer: frames alone are missed.
+                let mut refuse = |why| heard.push(PortEvent::Refused(Refused::of(line, why)));
+                let Some(frame) = parse_frame(name, rest) else {
+                    refuse("no frame in slcan's form");
+                    return None;
+                };
+                if !self.open || self.listen_only {
+                    refuse("the channel is not open for sending (`O`)");
+                    return None;
+                }
                 heard.push(PortEvent::Frame(frame));
                 if !self.auto_poll_off {
                     answers.push(if frame.id.is_extended() { b'Z' } else { b'z' });

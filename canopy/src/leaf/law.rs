@@ -102,7 +102,7 @@ impl<'a> Law<'a> {
             Some(Withheld::OtherBeams)
         } else if row.lacks_the_echo() {
             Some(Withheld::EchoUnknown)
-        } else if let Some(why) = pass.in_air().and_then(InAir::withheld) {
+        } else if let Some(why) = pass.in_air().and_then(withheld_for_air) {
             Some(why)
         } else if row.other_slope().is_some_and(|slope| slope.withheld) {
             Some(Withheld::GroundSlope)
@@ -350,7 +350,15 @@ fn goes_by_clumping(calibration: Option<&Calibration>) -> bool {
     calibration.is_some_and(|calibration| calibration.contact.clumping == ClumpingBy::Scans)
 }
 
-/// The regression on I_T that a calibration has for such beams.
+/// Why leaf areas are withheld for what is in the air, where they are.
+fn withheld_for_air(found: InAir) -> Option<Withheld> {
+    match found {
+        InAir::Weather { withheld, .. } => withheld.then_some(Withheld::InTheAir),
+        InAir::Rides { .. } => Some(Withheld::RidesAlong),
+    }
+}
+
+/// The regression on I_T that a calibration has for such beams on this mount.
 ///
 /// # Errors
 /// Why there is none.

@@ -1,7 +1,5 @@
 //! What the row's own lines say against the air and the way.
 
-use rowscan_protocol::angle::BeamGrid;
-
 use crate::air_witness::{AirWitness, InAir};
 use crate::geometry::{BeamTable, Frame};
 use crate::row::Row;
@@ -16,16 +14,9 @@ pub(super) struct Witnesses {
 
 impl Witnesses {
     /// Adds a line that was taken there by the way, metres.
-    pub(super) fn add(
-        &mut self,
-        frame: &Frame,
-        table: &BeamTable,
-        y_m: f64,
-        grid: BeamGrid,
-        range_m: &[f64],
-    ) {
-        self.air.add(frame, table, y_m, grid, range_m);
-        self.still.add(frame, table, y_m, grid, range_m);
+    pub(super) fn add(&mut self, frame: &Frame, table: &BeamTable, y_m: f64, range_m: &[f64]) {
+        self.air.add(frame, table, y_m, range_m);
+        self.still.add(frame, table, y_m, range_m);
     }
 }
 

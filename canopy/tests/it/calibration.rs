@@ -498,16 +498,6 @@ fn voxels_of_another_edge_than_the_calibrations_are_told() {
 #[test]
 fn a_regression_of_rows_that_were_seen_from_elsewhere_is_withheld() {
     let (impacted, contact) = hedge_per_metre();
-    let samples: Vec<Sample> = (0..12)
-        .map(|row| 0.8 + 0.04 * f64::from(row))
-        .map(|f| Sample {
-            length_m: 1.0,
-            impacted_total_area_m2: f * impacted,
-            contact_leaf_area_m2: f * contact,
-            leaf_area_m2: 1.0 + 2.0 * f * impacted,
-            ..Sample::default()
-        })
-        .collect();
     let mount = orchard_rig().scanners[0].clone();
     let (distance_m, height_m) = (mount.distance_m, mount.height_m);
     for (fitted, yaw_deg, is_told) in [
@@ -518,7 +508,7 @@ fn a_regression_of_rows_that_were_seen_from_elsewhere_is_withheld() {
         ((None, Some(height_m / 1.2)), 0.0, false),
         ((Some(distance_m), Some(height_m)), 10.0, false),
     ] {
-        let mut calibration = line_on(&samples);
+        let mut calibration = around(impacted, contact);
         (calibration.class.distance_m, calibration.class.height_m) = fitted;
         let mut rig = orchard_rig();
         rig.scanners[0].yaw_deg = yaw_deg;
@@ -531,7 +521,7 @@ fn a_regression_of_rows_that_were_seen_from_elsewhere_is_withheld() {
     }
     // One that was fitted with a yaw is told with that, and not upright.
     for (yaw_deg, is_told) in [(10.0, true), (0.0, false), (-10.0, false)] {
-        let mut calibration = line_on(&samples);
+        let mut calibration = around(impacted, contact);
         calibration.class.yaw_deg = Some(10.0);
         let mut rig = orchard_rig();
         rig.scanners[0].yaw_deg = yaw_deg;

@@ -65,9 +65,9 @@ fn blinds(fault: &DeviceFault) -> bool {
     matches!(fault, DeviceFault::Dirt(_) | DeviceFault::Broken(Broken { part: Piece::Laser, .. }))
 }
 
-/// True of angles between which the model has no beam, degrees.
-fn is_outside(model: &Model, (from, to): (f64, f64)) -> bool {
-    to < f64::from(model.start_angle) / 1e4 || from > f64::from(model.stop_angle) / 1e4
+/// Device angles of the model's first and last beam, degrees.
+fn field_deg(model: &Model) -> (f64, f64) {
+    (f64::from(model.start_angle) / 1e4, f64::from(model.stop_angle) / 1e4)
 }
 
 fn fits_cola(model: &Model, fault: &DeviceFault) -> Fit {
@@ -77,14 +77,13 @@ fn fits_cola(model: &Model, fault: &DeviceFault) -> Fit {
              model whose scans tell it, such as lms111",
             model.title
         )),
-        DeviceFault::Dirt(Dirt { sector_deg: Some((from, to)), .. }) if is_outside(model, (*from, *to)) => {
-            let (start, stop) = (model.start_angle, model.stop_angle);
-            let deg = |angle: i32| f64::from(angle) / 1e4;
+        DeviceFault::Dirt(Dirt { sector_deg: Some((from, to)), .. })
+            if *to < field_deg(model).0 || *from > field_deg(model).1 =>
+        {
+            let (start, stop) = field_deg(model);
             Fit::Refuses(format!(
-                "`sector` from {from}° to {to}° holds no beam of this {}: its beams lie between {}° and {}°",
-                model.title,
-                deg(start),
-                deg(stop)
+                "`sector` from {from}° to {to}° holds no beam of this {}: its beams lie between {start}° and {stop}°",
+                model.title
             ))
         }
         DeviceFault::Stored(Stored { rate: Some(_), .. } | Stored { streaming: true, .. }) => Fit::Refuses(

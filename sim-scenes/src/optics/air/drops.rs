@@ -46,7 +46,8 @@ impl Drops {
         Self::new(optics, 8000.0, 4.1 * libm::pow(mm_h, -0.21), reflectance)
     }
 
-    /// Marshall and Gunn \[S19\]. Their flakes become more without end the less it snows: below [`LIGHTEST_SNOW_MM_H`] they are that snow's, and fewer as it is less.
+    /// Marshall and Gunn \[S19\]. By their formula lighter snow has more flakes, without a bound. Below [`LIGHTEST_SNOW_MM_H`] flakes are therefore as large as at
+    /// that rate, and their number goes with the rate.
     pub(super) fn snow(optics: &Optics, mm_h: f64) -> Self {
         let of = mm_h.max(LIGHTEST_SNOW_MM_H);
         let fewer = mm_h / of;
