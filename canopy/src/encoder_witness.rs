@@ -3,8 +3,9 @@
 //! Past a canopy scans differ the more, the farther they are apart along the row, up to where nothing of one is in the other. Each scan is compared with
 //! the one [`LAG`] scans before: a pair is described by the share of its beams whose range changed by more than [`CHANGED_M`], of those that met
 //! something in one of both, and by how far it is apart by the encoder. Pairs that it counts no farther apart than neighbours are elsewhere, and that
-//! differ nearly as much as those a whole lag apart, refute it: it has stuck there, or misses most of its ticks. Leaves in the wind change a part of the
-//! beams only. Past what looks the same everywhere (bare ground, a wall) nothing changes anywhere: then nothing is known, and nothing is said.
+//! differ nearly as much as those a whole lag apart, refute it: it has stuck there, or misses most of its ticks. Leaves in the wind swing back: of one place,
+//! a scan is like one of the last [`ANCHORS`] lags, and of several like none. Past what looks the same everywhere (bare ground, a wall) nothing changes
+//! anywhere: then nothing is known, and nothing is said.
 //!
 //! Ticks that are missed evenly over all the way, or a wrong number of them a metre, make another speed. The speed of a drive is the one at which half its
 //! way was driven: neither stops nor slow stretches between them change it much.
@@ -21,6 +22,10 @@ use crate::warning::Warning;
 const CHANGED_M: f64 = 0.1;
 /// Scans from one to the one that it is compared with.
 const LAG: usize = 10;
+/// So many lags farther back, a scan that is of the same place by the encoder is compared with as well: a second or two, in which leaves swing to and fro.
+const ANCHORS: usize = 9;
+/// So near by the encoder, in lags at the rig's speed, scans may be of one place.
+const NEAR_LAGS: f64 = 0.5;
 /// Beams of a pair that must have met something.
 const LEAST_BEAMS: u32 = 30;
 /// Pairs that a share is told of.
@@ -125,6 +130,9 @@ pub(crate) struct EncoderWitness {
     grid: BeamGrid,
     /// The latest scans, the oldest first.
     kept: VecDeque<Kept>,
+    /// Of those before, each [`LAG`]th, the oldest first; and scans since the last of them.
+    anchors: VecDeque<Kept>,
+    since_anchor: usize,
     ticks: Option<u32>,
     /// When and where it counted last.
     counted: Option<Counted>,
@@ -161,6 +169,8 @@ impl EncoderWitness {
             rig_m_s,
             grid: BeamGrid::default(),
             kept: VecDeque::new(),
+            anchors: VecDeque::new(),
+            since_anchor: 0,
             ticks: None,
             counted: None,
             speeds: Speeds::default(),
@@ -192,6 +202,7 @@ impl EncoderWitness {
         }
         if self.grid != grid || self.kept.back().is_some_and(|kept| kept.range_m.len() != range_m.len()) {
             self.kept.clear();
+            self.anchors.clear();
             self.grid = grid;
         }
         if let Some(neighbour) = self.kept.back() {
@@ -203,19 +214,41 @@ impl EncoderWitness {
                 self.neighbours.1 += way_m * share;
             }
         }
-        let mut room = Kept { at, range_m: Vec::new() };
+        let mut room = Vec::new();
         if self.kept.len() >= LAG
             && let Some(oldest) = self.kept.pop_front()
         {
             if let Some(share) = changed(&oldest.range_m, range_m) {
                 let lag_m = LAG as f64 * line_m;
-                self.pairs.add((at.y_m - oldest.at.y_m).abs() / lag_m, share);
+                let lags = |kept: &Kept| (at.y_m - kept.at.y_m).abs() / lag_m;
+                let is_near = |kept: &Kept| lags(kept) < NEAR_LAGS;
+                let share =
+                    if is_near(&oldest) { self.least_changed(share, range_m, is_near) } else { share };
+                self.pairs.add(lags(&oldest), share);
             }
-            room.range_m = oldest.range_m;
+            room = self.anchor(oldest);
         }
-        room.range_m.clear();
-        room.range_m.extend_from_slice(range_m);
-        self.kept.push_back(room);
+        room.clear();
+        room.extend_from_slice(range_m);
+        self.kept.push_back(Kept { at, range_m: room });
+    }
+
+    /// How much changed since the scan of this place that is most like it: a lag before, or more.
+    fn least_changed(&self, since_lag: f64, range_m: &[f64], is_near: impl Fn(&Kept) -> bool) -> f64 {
+        let near = self.anchors.iter().rev().take_while(|kept| is_near(kept));
+        near.filter_map(|kept| changed(&kept.range_m, range_m)).fold(since_lag, f64::min)
+    }
+
+    /// Keeps each [`LAG`]th of the scans a lag back; the room of one that is not needed any more.
+    fn anchor(&mut self, kept: Kept) -> Vec<f64> {
+        self.since_anchor += 1;
+        if self.since_anchor < LAG {
+            return kept.range_m;
+        }
+        self.since_anchor = 0;
+        let oldest = if self.anchors.len() >= ANCHORS { self.anchors.pop_front() } else { None };
+        self.anchors.push_back(kept);
+        oldest.map_or_else(Vec::new, |oldest| oldest.range_m)
     }
 
     /// Scans that the encoder says are of one place, and that differ as those of several.
@@ -275,16 +308,11 @@ impl EncoderWitness {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::leaf_depth::leaf_depth_m;
 
     /// Ranges past a canopy at `y_m`: leaves of 5 cm with gaps between them; the ground looks the same everywhere.
     fn past_canopy(y_m: f64) -> Vec<f64> {
-        // Each beam meets its leaves' edges at places of its own.
-        let leaf = |beam: i64| (y_m / 0.05 + (beam * 37).rem_euclid(50) as f64 / 50.0).floor() as i64;
-        let beams = (0..200_i64).map(|beam| match (beam * 7919 + leaf(beam) * 104_729).rem_euclid(10) {
-            _ if beam >= 150 => 2.0,
-            0..=3 => f64::INFINITY,
-            depth => 1.0 + 0.2 * depth as f64,
-        });
+        let beams = (0..200_i64).map(|beam| if beam >= 150 { 2.0 } else { leaf_depth_m(beam, y_m) });
         beams.collect()
     }
 
@@ -392,6 +420,29 @@ mod tests {
                     let (witness, scans) = drive(8.0, past_canopy, |s| s, counted, ticks_per_m);
                     assert!(witness.is_stuck(scans), "before: {case}");
                 }
+            }
+        }
+    }
+
+    /// Leaves that a gust takes as far along the row as they are wide are elsewhere for its time, and back behind it: of a tractor that stands that is no doubt,
+    /// and of an encoder that sticks the drive is seen all the same.
+    #[test]
+    fn leaves_that_swing_back_are_of_one_place() {
+        let stops = |s: f64| s.min(2.0) + (s - 8.0).max(0.0);
+        for ticks_per_m in [100.0, 1000.0] {
+            for (period_s, way_m) in [(0.3, 0.06), (0.7, 0.06), (1.5, 0.06)] {
+                let scan = std::cell::Cell::new(0_u32);
+                let in_gusts = |y_m: f64| {
+                    scan.set(scan.get() + 1);
+                    let phase = f64::from(scan.get()) / 50.0 * std::f64::consts::TAU / period_s;
+                    past_canopy(y_m + way_m * phase.sin())
+                };
+                let (stood, scans) = drive(12.0, in_gusts, stops, stops, ticks_per_m);
+                let case = format!("{period_s} s, {way_m} m, {ticks_per_m} ticks");
+                assert!(!stood.is_stuck(scans), "{case}: {} of {scans}", stood.stuck());
+                scan.set(0);
+                let (stuck, scans) = drive(12.0, in_gusts, |s| s, stops, ticks_per_m);
+                assert!(stuck.is_stuck(scans), "{case}: {}", stuck.stuck());
             }
         }
     }

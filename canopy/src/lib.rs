@@ -69,6 +69,8 @@ mod gate;
 mod geometry;
 mod ground_line;
 mod leaf;
+#[cfg(test)]
+mod leaf_depth;
 mod level;
 mod looks;
 pub mod odometry;

@@ -2,8 +2,11 @@
 //! constant speed or by a wheel that slips.
 //!
 //! Scans that the way puts [`APART_M`] apart are compared where they met canopy, beam by beam, and so are the neighbouring beams of each. Foliage differs as
-//! much along the row as from beam to beam; a picture that differs between its beams and does not change is of one place. Past what is smooth (a wall, bare ground) neither
-//! differs: then nothing is known, and nothing is said.
+//! much along the row as from beam to beam; a picture that differs between its beams and does not change is of one place. Leaves in the wind swing back: of
+//! one place, a picture is like one of the last [`KEPT`], and along a row like none. Past what is smooth (a wall, bare ground) neither differs: then nothing
+//! is known, and nothing is said.
+
+use std::collections::VecDeque;
 
 use rowscan_protocol::angle::BeamGrid;
 
@@ -14,30 +17,30 @@ use crate::geometry::{Beam, BeamTable, Frame, depth_m};
 const OTHER_M: f64 = 0.1;
 /// Way between two scans that are compared, metres: wider than leaves.
 const APART_M: f64 = 0.15;
+/// Lines that a line is compared with: over less way than from tree to tree, for trees may be of one mould.
+const KEPT: usize = 6;
 /// Beams of a pair that must have met something.
 const LEAST_BEAMS: u32 = 30;
 /// Share of neighbouring beams that differ from which on a picture tells anything.
 const LEAST_ROUGH: f64 = 0.1;
-/// A picture changes less than so many times what its beams differ by where it stands still: 0 of rays, up to 0.6 of seven models' beams, and 1.1 to 9 along ten
-/// rows.
+/// A picture changes less than so many times what its beams differ by where it stands still: 0 of rays, up to 0.6 of seven models' beams (in wind
+/// of 5 m/s half of the time), and 1.1 to 9 along ten rows.
 const STILL: f64 = 0.7;
-/// Pairs of one place, and their share of all pairs, from which on they are told.
-const LEAST_PAIRS: u64 = 3;
+/// Lines of one place, and their share of all, from which on they are told.
+const LEAST_LINES: u64 = 3;
 const LEAST_SHARE: f64 = 0.02;
 /// Their share from which on the way is unknown.
 const MOST_SHARE: f64 = 0.05;
 
-/// Compares each line with one that the way puts farther back.
+/// Compares each line with those that the way puts farther back.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StillWitness {
     grid: BeamGrid,
     y_m: f64,
-    /// What the beams met.
-    beams: Vec<Met>,
-    /// What they met in the line that it is compared with.
-    before: Vec<Met>,
-    /// Pairs that tell something, and those of them that are of one place.
-    pairs: u64,
+    /// What the beams met in the latest lines, the oldest first.
+    kept: VecDeque<Vec<Met>>,
+    /// Lines that tell something, and those of them that are of one place with one before.
+    lines: u64,
     still: u64,
 }
 
@@ -49,25 +52,28 @@ impl StillWitness {
         if is_same_grid && (y_m - self.y_m).abs() < APART_M {
             return;
         }
-        std::mem::swap(&mut self.beams, &mut self.before);
-        (self.grid, self.y_m) = (grid, y_m);
-        self.beams.clear();
-        let beams = table.beams().iter().zip(range_m).step_by(compared_step(grid, 0.0));
-        self.beams.extend(beams.map(|(beam, range_m)| Met::of(frame, beam.as_ref(), *range_m)));
         if !is_same_grid {
-            return;
+            self.kept.clear();
         }
-        let rough = rough(&self.beams).filter(|rough| *rough >= LEAST_ROUGH);
-        if let (Some(rough), Some(changed)) = (rough, changed(&self.before, &self.beams)) {
-            self.pairs += 1;
+        (self.grid, self.y_m) = (grid, y_m);
+        let oldest = if self.kept.len() >= KEPT { self.kept.pop_front() } else { None };
+        let mut now = oldest.unwrap_or_default();
+        now.clear();
+        let beams = table.beams().iter().zip(range_m).step_by(compared_step(grid, 0.0));
+        now.extend(beams.map(|(beam, range_m)| Met::of(frame, beam.as_ref(), *range_m)));
+        let rough = rough(&now).filter(|rough| *rough >= LEAST_ROUGH);
+        let least_changed = self.kept.iter().filter_map(|before| changed(before, &now)).reduce(f64::min);
+        if let (Some(rough), Some(changed)) = (rough, least_changed) {
+            self.lines += 1;
             self.still += u64::from(changed < STILL * rough);
         }
+        self.kept.push_back(now);
     }
 
     /// Scans of one place that the way puts apart, where they are many.
     pub(crate) fn found(&self) -> Option<StoodStill> {
-        let share = self.still as f64 / self.pairs.max(1) as f64;
-        let is_told = self.still >= LEAST_PAIRS && share >= LEAST_SHARE;
+        let share = self.still as f64 / self.lines.max(1) as f64;
+        let is_told = self.still >= LEAST_LINES && share >= LEAST_SHARE;
         is_told.then_some(StoodStill { share, withheld: share > MOST_SHARE })
     }
 }
@@ -136,35 +142,27 @@ fn changed(before: &[Met], now: &[Met]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::leaf_depth::leaf_depth_m;
     use crate::parameters::AreaForm;
     use rowscan_protocol::rig::{Mount, Rig};
 
     const GRID: BeamGrid = BeamGrid { start: 600_000, step: 5000, count: 121 };
 
     /// Lines at these places by the way, past depths by beam and by where the tractor really is.
-    fn witness(way: impl Iterator<Item = (f64, f64)>, depth_m: impl Fn(usize, f64) -> f64) -> StillWitness {
+    fn witness(way: impl Iterator<Item = (f64, f64)>, depth_m: impl Fn(i64, f64) -> f64) -> StillWitness {
         let rig = Rig::default();
         let frame = Frame::new(&rig, &Mount::default()).expect("it is one");
         let mut table = BeamTable::default();
         table.update(GRID, &frame, AreaForm::Midpoint);
         let mut witness = StillWitness::default();
         for (way_m, y_m) in way {
-            let ranges_m: Vec<f64> = (0..GRID.len()).map(|beam| depth_m(beam, y_m)).collect();
+            let ranges_m: Vec<f64> = (0..GRID.len()).map(|beam| depth_m(beam as i64, y_m)).collect();
             witness.add(&frame, &table, way_m, &ranges_m);
         }
         witness
     }
 
-    /// Leaves of 5 cm, whose edges lie elsewhere for each beam, with gaps between them.
-    fn leaves(beam: usize, y_m: f64) -> f64 {
-        let leaf = (y_m / 0.05 + (beam * 37 % 50) as f64 / 50.0).floor() as usize;
-        match (beam * 7919 + leaf * 104_729) % 10 {
-            0..=3 => f64::INFINITY,
-            depth => 1.0 + 0.2 * depth as f64,
-        }
-    }
-
-    fn smooth(_: usize, _: f64) -> f64 {
+    fn smooth(_: i64, _: f64) -> f64 {
         1.5
     }
 
@@ -174,25 +172,32 @@ mod tests {
 
     #[test]
     fn scans_of_one_place_are_told_where_the_way_goes_on() {
-        assert_eq!(witness(drive(12.0), leaves).found(), None, "it drives");
-        let stands = witness(drive(12.0).map(|(way_m, _)| (way_m, 1.0)), leaves).found();
+        assert_eq!(witness(drive(12.0), leaf_depth_m).found(), None, "it drives");
+        let stands = witness(drive(12.0).map(|(way_m, _)| (way_m, 1.0)), leaf_depth_m).found();
         assert_eq!(stands, Some(StoodStill { share: 1.0, withheld: true }));
         // From 3 m on for the way of 0.55 m, and for 1.5 m of 12 m.
         for (stand_m, withheld) in [(0.55, false), (1.5, true)] {
             let truly = |way_m: f64| way_m.min(3.0) + (way_m - 3.0 - stand_m).max(0.0);
-            let found = witness(drive(12.0).map(|(way_m, _)| (way_m, truly(way_m))), leaves).found();
+            let found = witness(drive(12.0).map(|(way_m, _)| (way_m, truly(way_m))), leaf_depth_m).found();
             assert_eq!(found.map(|stood| stood.withheld), Some(withheld), "{stand_m}: {found:?}");
         }
+        // Leaves that swing by more than they are wide.
+        let swing = |way_m: f64| 1.0 + 0.06 * (way_m * std::f64::consts::TAU / 0.7).sin();
+        let stands = witness(drive(12.0).map(|(way_m, _)| (way_m, swing(way_m))), leaf_depth_m).found();
+        assert_eq!(stands.map(|stood| stood.withheld), Some(true), "in the wind: {stands:?}");
+        let drives =
+            witness(drive(12.0).map(|(way_m, _)| (way_m, way_m + swing(way_m))), leaf_depth_m).found();
+        assert_eq!(drives, None, "it drives in the wind");
         // A stand that the way knows of.
         let known = (0..2000).map(|line| (1.0 + 1e-5 * f64::from(line), 1.0));
-        assert_eq!(witness(known, leaves).found(), None);
+        assert_eq!(witness(known, leaf_depth_m).found(), None);
     }
 
     #[test]
     fn where_all_looks_the_same_nothing_is_said() {
-        for depth_m in [smooth, |_: usize, _: f64| f64::INFINITY, |_: usize, _: f64| f64::NAN] {
+        for depth_m in [smooth, |_: i64, _: f64| f64::INFINITY, |_: i64, _: f64| f64::NAN] {
             let witness = witness(drive(12.0), depth_m);
-            assert_eq!((witness.pairs, witness.found()), (0, None));
+            assert_eq!((witness.lines, witness.found()), (0, None));
         }
     }
 
@@ -206,9 +211,9 @@ mod tests {
         for line in 0..100_i32 {
             let grid = BeamGrid { start: 600_000 + 2500 * (line % 2), ..GRID };
             table.update(grid, &frame, AreaForm::Midpoint);
-            let ranges_m: Vec<f64> = (0..grid.len()).map(|beam| leaves(beam, 1.0)).collect();
+            let ranges_m: Vec<f64> = (0..grid.len()).map(|beam| leaf_depth_m(beam as i64, 1.0)).collect();
             witness.add(&frame, &table, f64::from(line), &ranges_m);
         }
-        assert_eq!((witness.pairs, witness.found()), (0, None));
+        assert_eq!((witness.lines, witness.found()), (0, None));
     }
 }
