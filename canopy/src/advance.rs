@@ -128,6 +128,12 @@ impl Advance {
         Some(self.last_y_m? - self.first_y_m?)
     }
 
+    /// The way that the lines so far stand for: half a step before the first to half a step behind the latest.
+    pub(crate) fn covered_m(&self) -> Option<f64> {
+        // Rounding must not ask for a line more.
+        self.advance_m().map(|advance_m| advance_m + self.step_m.unwrap_or(0.0) + 1e-9)
+    }
+
     /// Gaps not filled, and the metres left out.
     pub(crate) fn unfilled(&self) -> (u64, f64) {
         (self.gaps, self.unfilled_m)
@@ -230,5 +236,19 @@ mod tests {
     fn one_line_alone_weighs_the_nominal_step() {
         let (w, _) = weights(&[(3.0, 0)]);
         close_to(&w, &[0.02]);
+    }
+
+    /// So many metres are scanned with the line that stands for the last of them, and not with one more.
+    #[test]
+    fn lines_cover_the_way_from_the_first_to_the_latest_and_a_step() {
+        let mut advance = Advance::new(5.0);
+        assert_eq!(advance.covered_m(), None);
+        let mut lines = 0;
+        while advance.covered_m() < Some(18.0) {
+            let link = if lines == 0 { Link::First } else { Link::Steps(1) };
+            let _ = advance.next(0.02 * f64::from(lines), link, 0.02);
+            lines += 1;
+        }
+        assert_eq!(lines, 900);
     }
 }

@@ -35,7 +35,7 @@ impl Enough {
     pub fn reached(&mut self, pipeline: &Pipeline, telegrams_bad: u64, now: Duration) -> Option<Reached> {
         let progress = pipeline.progress();
         if self.scans.is_some_and(|scans| progress.scans >= scans)
-            || self.length_m.is_some_and(|length_m| progress.advance_m >= Some(length_m))
+            || self.length_m.is_some_and(|length_m| pipeline.covered_m() >= Some(length_m))
         {
             return Some(Reached::Enough);
         }

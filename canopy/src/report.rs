@@ -20,7 +20,7 @@ use crate::odometry::AdvanceSource;
 use crate::pieces::{self, PieceScatter, RowSds};
 use crate::row_pass::{LatestScan, RowPass};
 use crate::still_witness::StoodStill;
-use crate::trees::Cell;
+use crate::trees::{Cell, is_missing};
 use crate::uncertainty::{self, Uncertainty, blocks};
 use crate::voxel_edge::OtherEdge;
 use crate::warning::Warning;
@@ -399,10 +399,12 @@ fn row(
     let mut refused = (0, 0);
     for cell in pass.row.trees.iter() {
         let ranged = law.ranged(&Sums::from(cell));
-        refused.0 += u32::from(ranged.best().refused());
-        refused.1 += u32::from(ranged.regression.is_some_and(|regression| regression.refused()));
-        let complete = cell.complete(spacing_m);
-        let leaf = law.areas(&Sums::from(cell), if complete { spacing_m } else { cell.scanned_m });
+        // What a neighbour's branch makes of an empty place is no tree outside a range.
+        let stands = !is_missing(cell, &pass.row.trees, spacing_m);
+        refused.0 += u32::from(stands && ranged.best().refused());
+        refused.1 += u32::from(stands && ranged.regression.is_some_and(|regression| regression.refused()));
+        // By what was scanned of it: a whole number of lines is seldom just a tree.
+        let leaf = law.areas(&Sums::from(cell), cell.scanned_m);
         let measures =
             pass.row.tree_measures(cell.index).iter().map(|measure| measure.told(measured)).collect();
         let listed = tree(cell, leaf, spacing_m);

@@ -379,6 +379,11 @@ impl Pipeline {
         }
     }
 
+    /// The metres of row that the scans so far stand for.
+    pub(crate) fn covered_m(&self) -> Option<f64> {
+        self.pass.as_ref().and_then(|pass| pass.advance.covered_m())
+    }
+
     /// The pass that an estimate is made of, and whether it is the fallback.
     fn pass_that_counts(&self) -> (Option<&RowPass>, bool) {
         // An encoder that never counted while the rig's speed says that the tractor drove is dead.

@@ -165,6 +165,11 @@ pub(crate) fn standing(
     whole(trees, spacing_m, open).filter(move |tree| tree.density() >= least)
 }
 
+/// Whether no tree stands there, of those of which enough was scanned to tell.
+pub(crate) fn is_missing(tree: &Cell, trees: &Cells, spacing_m: f64) -> bool {
+    tree.scanned_m > SCANNED * spacing_m && tree.density() < least_density(trees, spacing_m, None)
+}
+
 /// Trees of which enough was scanned to tell.
 fn whole(trees: &Cells, spacing_m: f64, open: Option<i64>) -> impl Iterator<Item = &Cell> + Clone {
     trees.iter().filter(move |tree| Some(tree.index) != open && tree.scanned_m > SCANNED * spacing_m)

@@ -42,19 +42,24 @@ pub(super) fn warn_of_withheld(estimate: &mut Estimate, gate: &Gate, pass: Optio
     estimate.warnings.push(warning);
 }
 
-/// Says that lines met what stands before or behind the row that the rig describes, by a tree at least: how far a wheel slips is not known.
+/// Lines so far before the row that the rig describes are none of it, metres.
+const OUTSIDE_M: f64 = 0.25;
+/// Behind it so much of its length may be a wheel's slip, up to a tree.
+const SLIP: f64 = 0.05;
+
+/// Says that lines met what stands before or behind the row that the rig describes.
 pub(super) fn warn_of_row_end(estimate: &mut Estimate, pass: &RowPass) {
     let (Some(trees), Some(spacing_m)) = (pass.rig.trees, pass.rig.tree_spacing_m) else { return };
     let row_m = f64::from(trees) * spacing_m;
-    let least_m = spacing_m - LINE_M;
+    let slip_m = (SLIP * row_m).min(spacing_m - LINE_M).max(OUTSIDE_M);
     let before = pass.row.metres.iter().filter(|metre| metre.index < 0);
     let past = pass.row.trees.iter().filter(|tree| tree.index >= trees.into());
     let before_m: f64 = before.map(|metre| metre.scanned_m).sum();
     let past_m: f64 = past.map(|tree| tree.scanned_m).sum();
-    if before_m >= least_m {
+    if before_m >= OUTSIDE_M {
         estimate.warnings.push(Warning::BeforeRow { before_m });
     }
-    if past_m >= least_m {
+    if past_m >= slip_m {
         estimate.warnings.push(Warning::PastRow { row_m, past_m });
     }
 }

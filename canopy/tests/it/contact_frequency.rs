@@ -127,6 +127,28 @@ fn lai_is_leaf_area_over_ground_by_row_and_by_tree() {
     assert!(found.warnings.iter().any(|w| w.code() == "uncalibrated"));
 }
 
+/// Lines that are far apart make 1.44 m of one tree and 1.52 m of the next: their leaf areas are of that, and their index does not alternate.
+#[test]
+fn the_lai_of_trees_is_of_what_was_scanned_of_them() {
+    let mut scans = turbid(1.0, 3.0, 525, 5);
+    let mut turn = 0;
+    scans.retain(|_| {
+        turn += 1;
+        turn % 4 == 1
+    });
+    let found = estimate_with(&rig(), parameters(), &scans);
+    let (mut lengths_m, mut off) = (Vec::new(), Vec::new());
+    for tree in found.trees.iter().filter(|tree| tree.complete) {
+        let [leaf_m2, lai] =
+            [tree.leaf.areas.best_m2(), tree.leaf.areas.lai()].map(|known| known.ok().unwrap());
+        assert!(relative(leaf_m2, lai * tree.scanned_m * 4.0) < 1e-12, "{tree:?}");
+        lengths_m.push((100.0 * tree.scanned_m).round() as u32);
+        off.push(lai / (3.0 * HIGH_M / 4.0) - 1.0);
+    }
+    assert!(lengths_m.contains(&144) && lengths_m.contains(&152), "{lengths_m:?}");
+    assert!(off.iter().all(|off| off.abs() < 0.05), "{off:?} of {lengths_m:?}");
+}
+
 #[test]
 fn lost_lines_leave_the_leaf_area_as_it_is() {
     let scans = turbid(1.0, 2.0, 301, 6);

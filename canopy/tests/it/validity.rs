@@ -149,16 +149,19 @@ fn scans_without_the_rigs_encoder_go_by_constant_speed_and_it_is_told() {
 #[test]
 fn a_drive_that_goes_on_behind_the_row_is_told() {
     // To 4.98 m past a wall.
-    let past = |trees| {
-        let rig = Rig { trees, tree_spacing_m: Some(1.5), ..open_rig() };
+    let past = |trees, spacing_m| {
+        let rig = Rig { trees, tree_spacing_m: Some(spacing_m), ..open_rig() };
         let estimate = pushed(Pipeline::new(Some(&rig), 0, None).unwrap(), &drive(|_| 0));
         let told =
             estimate.warnings.iter().find(|warning| warning.code() == "past_row").map(Warning::to_string);
         told.map(|told| told.split(" were scanned").next().unwrap().to_owned())
     };
-    assert_eq!(past(Some(2)).as_deref(), Some("past_row: 2.0 m behind the row's end at 3.0 m"));
-    // Less than a tree, as a wheel slips; and a row of which nobody says where it ends.
-    assert_eq!((past(Some(3)), past(None)), (None, None));
+    assert_eq!(past(Some(2), 1.5).as_deref(), Some("past_row: 2.0 m behind the row's end at 3.0 m"));
+    // Also less than a tree: of a few wide trees that is much.
+    assert_eq!(past(Some(1), 3.5).as_deref(), Some("past_row: 1.5 m behind the row's end at 3.5 m"));
+    assert_eq!(past(Some(3), 1.5).as_deref(), Some("past_row: 0.5 m behind the row's end at 4.5 m"));
+    // As a wheel slips; and a row of which nobody says where it ends.
+    assert_eq!((past(Some(6), 0.8), past(None, 1.5)), (None, None));
 }
 
 #[test]
@@ -170,7 +173,9 @@ fn lines_before_the_rows_first_tree_are_told() {
     };
     let Some(Warning::BeforeRow { before_m }) = before(-3.0) else { panic!("told") };
     assert!((before_m - 3.0).abs() < 1e-9, "{before_m}");
-    assert_eq!((before(-1.0), before(0.0), before(4.0)), (None, None, None));
+    let Some(Warning::BeforeRow { before_m }) = before(-1.0) else { panic!("less than a tree") };
+    assert!((before_m - 1.0).abs() < 1e-9, "{before_m}");
+    assert_eq!((before(-0.2), before(0.0), before(4.0)), (None, None, None));
 }
 
 /// With a yaw the plane meets the row ahead of the tractor, or behind it: what is told is what was scanned.
@@ -178,7 +183,7 @@ fn lines_before_the_rows_first_tree_are_told() {
 fn what_a_turned_scanner_sees_beyond_the_row_is_told() {
     let told = |yaw_deg: f64| {
         let mount = Mount { yaw_deg, ..rig().scanners[0].clone() };
-        let rig = Rig { trees: Some(3), tree_spacing_m: Some(1.5), scanners: vec![mount], ..rig() };
+        let rig = Rig { trees: Some(3), tree_spacing_m: Some(1.7), scanners: vec![mount], ..rig() };
         let estimate = pushed(Pipeline::new(Some(&rig), 0, None).unwrap(), &drive(|turn| turn * 20));
         let codes = estimate.warnings.iter().map(Warning::code);
         codes.filter(|code| ["before_row", "past_row"].contains(code)).collect::<Vec<_>>()

@@ -142,6 +142,7 @@ pub struct ScanPlan {
     settings: ScanSettings,
     target: Target,
     origin: Pose,
+    length_m: f64,
     lines: usize,
     beams: Beams,
     /// Value of what is swept at beam 0: degrees or metres.
@@ -203,6 +204,7 @@ impl ScanPlan {
             settings: settings.clone(),
             target: target.clone(),
             origin: Pose { x_m: station.x_m, y_m: start_m + settings.dy_m * middle, z_m: station.z_m(kind) },
+            length_m,
             lines: lines as usize,
             beams,
             first,
@@ -213,6 +215,16 @@ impl ScanPlan {
     /// The settings it was made with.
     pub fn settings(&self) -> &ScanSettings {
         &self.settings
+    }
+
+    /// What its lines leave of the target's length, metres: less than a line, in no area.
+    pub fn left_over_m(&self) -> f64 {
+        (self.length_m - self.settings.dy_m * self.lines as f64).max(0.0)
+    }
+
+    /// Length of the target along the row, metres.
+    pub fn length_m(&self) -> f64 {
+        self.length_m
     }
 
     /// What it scans.

@@ -71,6 +71,12 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
     };
     let scenes = names.into_iter().map(|name| Ok((files::load_scene(&name, say)?, name)));
     let scenes = scenes.collect::<Result<Vec<(Scene, String)>, Failure>>()?;
+    for (scene, name) in &scenes {
+        let rows = scene.orchard.layout().rows;
+        if rows > 1 {
+            say(format_args!("{name}: of its {rows} rows the first one alone"));
+        }
+    }
     let seeds = args.seeds.0;
     let bar = progress::bar("growing", "orchards", (scenes.len() * seeds.len()) as u64);
     let rows = off_runtime("grow the orchards", move || -> Result<Vec<Row>, GrowError> {

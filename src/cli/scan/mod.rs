@@ -192,6 +192,7 @@ struct LineRecord {
 fn one(args: &Args, stage: &Stage, task: &Task) -> Result<Scanned, Failure> {
     let scan = RowScan::new(stage, task.row, &task.settings)?;
     let plan = scan.plan();
+    tell_left_over(plan);
     let files: &[File] = if args.output.is_some() { &args.write } else { &[] };
     let wants_points = files.iter().any(|file| file.points().is_some());
     let wants_matrix = files.iter().any(|file| file.points().is_none());
@@ -224,6 +225,21 @@ fn one(args: &Args, stage: &Stage, task: &Task) -> Result<Scanned, Failure> {
         picture::write(path, args.colour_by, plan, stage, shots)?;
     }
     Ok(scanned)
+}
+
+/// Share of the row's length that lines may leave without a word.
+const LEFT_OVER: f64 = 0.001;
+
+/// Says that lines do not reach the row's end: what stands there is in no area.
+fn tell_left_over(plan: &ScanPlan) {
+    let (left_m, length_m, dy_m) = (plan.left_over_m(), plan.length_m(), plan.settings().dy_m);
+    if left_m > LEFT_OVER * length_m {
+        say(format_args!(
+            "--dy {dy_m}: {} lines stand for {:.3} of {length_m:.3} m of row, and areas are of these; an advance that goes into the row's length takes all of it",
+            plan.len(),
+            length_m - left_m,
+        ));
+    }
 }
 
 fn write(

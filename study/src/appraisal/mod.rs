@@ -35,6 +35,9 @@ pub struct Appraisal {
     finer: Vec<Measure>,
 }
 
+/// A row is scanned whole but for so much of it: a line more or less, or three.
+const A_FEW_LINES: f64 = 0.005;
+
 /// A stretch of the row: its organs between two places.
 #[derive(Clone, Debug)]
 pub struct Stretch<'a> {
@@ -158,7 +161,7 @@ impl Appraisal {
     pub fn stretch(&self, from_m: f64, to_m: f64) -> Stretch<'_> {
         let row_m = self.along.row_m();
         let length_m = (to_m - from_m).max(0.0);
-        let whole = (length_m / row_m - 1.0).abs() < 1e-3;
+        let whole = (length_m / row_m - 1.0).abs() < A_FEW_LINES;
         let mut parts = Vec::new();
         if row_m > 0.0 && length_m / row_m < 1000.0 {
             let cells = self.along.between(from_m, to_m).into_iter().flatten();
