@@ -14,7 +14,7 @@ use crate::estimate::{
 use crate::estimator::Measure;
 use crate::gate::Gate;
 use crate::ground_line::OtherSlope;
-use crate::leaf::{Count, Law, LeafAreas, Leafy, PieceLeaf, RowLeaf, Sums, Withheld};
+use crate::leaf::{Count, Law, LeafAreas, Leafy, PieceLeaf, RowLeaf, Sums, Withheld, by_outline};
 use crate::level::LevelSurface;
 use crate::odometry::AdvanceSource;
 use crate::pieces::{self, PieceScatter, RowSds};
@@ -205,7 +205,9 @@ fn tell_how_sure(
         }),
         own_law: counted.scale.and_then(|scale| scale.own_law(raw_m2_per_m)),
         own_law_weighs: counted.scale.and_then(|scale| scale.own_law_weighs(raw_m2_per_m)),
-        uneven: counted.scale.and_then(|scale| uncertainty::uneven(pass.row.standing_trees(), scale.p)),
+        uneven: counted.scale.and_then(|scale| {
+            uncertainty::uneven(pass.row.standing_trees(), scale.p, |tree| tree.contact_m2)
+        }),
         rows: counted.scale.and_then(|scale| scale.scatter_sd(pass.row.totals().canopy_m)),
         wood: counted.scale.and_then(|scale| scale.wood_sd(raw_m2_per_m)),
         calibration: counted.scale.and_then(|scale| scale.k_sd),
@@ -220,6 +222,10 @@ fn tell_how_sure(
         voxels: law.other_edge().and_then(|other| other.relative_sd).map(|sd| amplified * sd),
         sides: estimate.other_side.map(|_| amplified * uncertainty::SIDES_SD),
         outline: law.beyond_outline().map(uncertainty::outline_sd),
+        spacing: calibration.and_then(|fitted| {
+            let spacing_m = by_outline::other_spacing(pass, &fitted.class)?;
+            Some(uncertainty::spacing_sd(spacing_m / fitted.class.tree_spacing_m))
+        }),
         growth: pass
             .row
             .growth_in_alley()
@@ -243,6 +249,7 @@ fn tell_how_sure(
             relative(parts.wood),
             relative(parts.calibration),
             relative(parts.outline),
+            relative(parts.spacing),
         ])
     });
     // Errors of the raw leaf area, which a steeper law makes more of.
@@ -383,15 +390,7 @@ fn row(
                 estimate.warnings.push(Warning::VoxelEdge { edge_m, calibrated_m, relative_sd });
             }
             warn_of_range(estimate, &law.row_ranged(), calibration);
-            if law.no_regression() == Some(Withheld::OtherMount) {
-                let CalibrationClass { distance_m, height_m, yaw_deg, pitch_deg, .. } = calibration.class;
-                let turned_deg = [yaw_deg, pitch_deg].map(Option::unwrap_or_default);
-                estimate.warnings.push(Warning::OtherMount { distance_m, height_m, turned_deg });
-            }
-            if law.no_regression() == Some(Withheld::WeakRegression) {
-                let r2 = calibration.quality(calibration.best_regression()).r2_left_out();
-                estimate.warnings.push(Warning::WeakRegression { r2 });
-            }
+            estimate.warnings.extend(no_regression(law, pass, calibration));
         }
     }
 
@@ -488,6 +487,31 @@ fn row(
             estimate.warnings.extend(pass.other_beams().map(warning));
         }
         _ => {}
+    }
+}
+
+/// Why the calibration's regression on I_T tells nothing of this row.
+fn no_regression(law: &Law<'_>, pass: &RowPass, calibration: &Calibration) -> Option<Warning> {
+    let kind = calibration.best_regression();
+    let class = &calibration.class;
+    match law.no_regression()? {
+        Withheld::OtherMount => {
+            let turned_deg = [class.yaw_deg, class.pitch_deg].map(Option::unwrap_or_default);
+            let CalibrationClass { distance_m, height_m, .. } = *class;
+            Some(Warning::OtherMount { distance_m, height_m, turned_deg })
+        }
+        Withheld::OtherSpacing => {
+            let spacing_m = by_outline::other_spacing(pass, class)?;
+            Some(Warning::OtherSpacing { calibrated_m: class.tree_spacing_m, spacing_m })
+        }
+        Withheld::WeakRegression => {
+            Some(Warning::WeakRegression { r2: calibration.quality(kind).r2_left_out() })
+        }
+        Withheld::UnevenTrees => {
+            let shift = by_outline::uneven(pass, calibration, kind)?;
+            Some(Warning::UnevenTrees { ratio: shift.exp() })
+        }
+        _ => None,
     }
 }
 

@@ -50,6 +50,18 @@ pub enum Warning {
         /// Its yaw and pitch, degrees; 0 where it was upright.
         turned_deg: [f64; 2],
     },
+    /// The calibration's regression on I_T is of rows whose trees stand farther apart, or nearer: it is withheld.
+    OtherSpacing {
+        /// From tree to tree of these, metres.
+        calibrated_m: f64,
+        /// By the rig, metres.
+        spacing_m: f64,
+    },
+    /// Trees differ by too much for the calibration's regression on I_T, which is one of rows: it is withheld.
+    UnevenTrees {
+        /// What it tells tree by tree over what it tells of the row.
+        ratio: f64,
+    },
     /// Shares of spots and contact agree otherwise than on the calibration's rows: the leaf area is by contact.
     SharesDisagree {
         /// Raw leaf area by shares over that by contact.

@@ -1,6 +1,7 @@
 //! From sums to leaf areas, by one calibration and with one verdict.
 
 use super::areas::{Known, LeafAreas};
+use super::by_outline;
 use super::counted::{Counted, reads_remission, shares_over_contact};
 use super::estimator::LeafAreaEstimator;
 use super::leafy::Leafy;
@@ -8,12 +9,11 @@ use super::sums::Sums;
 use super::withheld::Withheld;
 use crate::air_witness::InAir;
 use crate::calibration::wood::LEAST_LEAF;
-use crate::calibration::{Calibration, CalibrationClass, ClumpingBy, FittedRange, Optics, RegressionKind};
+use crate::calibration::{Calibration, ClumpingBy, FittedRange, RegressionKind};
 use crate::class::RowClass;
 use crate::clumping::Clumping;
 use crate::row_pass::RowPass;
 use crate::voxel_edge::OtherEdge;
-use rowscan_protocol::rig::Mount;
 
 /// Share of the hits that may be denser than foliage: trunks and posts are.
 const NO_FOLIAGE: f64 = 0.25;
@@ -24,9 +24,6 @@ const UNTOLD: f64 = 0.5;
 const MOST_UNSEEN: f64 = 0.45;
 /// The same with a calibration, whose own rows hide a part, too: mature trees of LAI 5 through wide beams from 1 m half of theirs.
 const MOST_UNSEEN_CALIBRATED: f64 = 0.6;
-
-/// Of what rows differ by, a regression must tell this share, of rows that were not fitted: else the rows' mean is as good.
-const LEAST_R2: f64 = 0.5;
 
 /// How the sums of a row, up to its latest line, become leaf areas of any stretch of it. Made without allocation.
 #[derive(Clone, Debug)]
@@ -87,11 +84,6 @@ impl RangedAreas {
     }
 }
 
-/// A mount so many times as far from the row, or as high, sees another I_T.
-const OTHER_PLACE_RATIO: f64 = 1.15;
-/// So does a plane that is turned, or leans, by so much more, degrees.
-const MOST_LEANING_DEG: f64 = 5.0;
-
 impl<'a> Law<'a> {
     pub(crate) fn of(pass: &RowPass, calibration: Option<&'a Calibration>, class: Option<&RowClass>) -> Self {
         let (row, totals) = (&pass.row, pass.row.so_far());
@@ -151,7 +143,7 @@ impl<'a> Law<'a> {
             other_edge,
             leafy,
             spot_corrected,
-            regression: regression(calibration, spot_corrected, &pass.mount),
+            regression: by_outline::regression(pass, calibration, spot_corrected),
             contact,
             clumping,
             spot_relative_sd,
@@ -356,38 +348,4 @@ fn withheld_for_air(found: InAir) -> Option<Withheld> {
         InAir::Weather { withheld, .. } => withheld.then_some(Withheld::InTheAir),
         InAir::Rides { .. } => Some(Withheld::RidesAlong),
     }
-}
-
-/// The regression on I_T that a calibration has for such beams on this mount.
-///
-/// # Errors
-/// Why there is none.
-fn regression(
-    calibration: Option<&Calibration>,
-    spot_corrected: bool,
-    mount: &Mount,
-) -> Result<RegressionKind, Withheld> {
-    let calibration = calibration.ok_or(Withheld::Uncalibrated)?;
-    if spot_corrected && calibration.class.optics == Optics::Ideal {
-        return Err(Withheld::CalibratedOnRays);
-    }
-    if is_seen_from_elsewhere(&calibration.class, mount) {
-        return Err(Withheld::OtherMount);
-    }
-    let kind = calibration.best_regression();
-    if calibration.quality(kind).r2_left_out() < LEAST_R2 { Err(Withheld::WeakRegression) } else { Ok(kind) }
-}
-
-/// Whether I_T of this mount is none of the calibration's rows'. It goes with where it is seen from, and nothing takes that out: by the calibration of upright
-/// scanners 1.9 m away and 1.6 m high, the same row reads 20 % less from 1.4 m, 15 % more from 2.2 m, 22 % less from 2.5 m up, and 12 % more with a yaw of 10°.
-fn is_seen_from_elsewhere(class: &CalibrationClass, mount: &Mount) -> bool {
-    let is_other = |fitted: Option<f64>, own: f64| {
-        fitted.is_some_and(|fitted| (own / fitted).ln().abs() > OTHER_PLACE_RATIO.ln())
-    };
-    let leans_otherwise =
-        |fitted: Option<f64>, own: f64| (own - fitted.unwrap_or_default()).abs() > MOST_LEANING_DEG;
-    is_other(class.distance_m, mount.distance_m)
-        || is_other(class.height_m, mount.height_m)
-        || leans_otherwise(class.yaw_deg, mount.yaw_deg)
-        || leans_otherwise(class.pitch_deg, mount.pitch_deg)
 }

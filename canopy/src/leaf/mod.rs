@@ -7,6 +7,7 @@
 //! A [`LeafAreas`] holds each number as a `Result`: who prints it cannot reach one that is withheld.
 
 mod areas;
+pub(crate) mod by_outline;
 mod count;
 mod counted;
 mod estimator;

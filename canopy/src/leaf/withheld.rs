@@ -81,6 +81,8 @@ reasons! {
     RidesAlong = 39, "rides_along", "something that rides with the scanner returns its beams before they reach the row";
     StoodStill = 40, "stood_still", "the way goes on between scans that are of one place";
     OtherMount = 41, "other_mount", "the calibration's regression is of rows seen from another distance or height";
+    OtherSpacing = 42, "other_spacing", "the calibration's regression is of rows whose trees stand farther apart, or nearer";
+    UnevenTrees = 43, "uneven_trees", "trees differ by too much for a regression on their row's mean";
 }
 
 impl fmt::Display for Withheld {

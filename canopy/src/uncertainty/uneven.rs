@@ -8,14 +8,17 @@ use crate::trees::Cell;
 /// A difference so small is one of rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Logarithm of what the law of this exponent tells of these trees one by one over what it tells of them together; 0 of trees that are alike. `None` of a law
+/// Logarithm of what a law of this exponent of an area (`of` a tree, m²) tells of these trees one by one over what it tells of them together; 0 of trees that are alike. `None` of a law
 /// that makes no difference, and without a tree.
-pub(crate) fn uneven<'a>(trees: impl Iterator<Item = &'a Cell> + Clone, exponent: f64) -> Option<f64> {
-    let (length_m, contact_m2) = trees
-        .clone()
-        .fold((0.0, 0.0), |(length_m, m2), tree| (length_m + tree.scanned_m, m2 + tree.contact_m2));
-    let mean = contact_m2 / length_m;
-    let by_tree = |tree: &Cell| tree.scanned_m * (tree.density() / mean).powf(exponent);
+pub(crate) fn uneven<'a>(
+    trees: impl Iterator<Item = &'a Cell> + Clone,
+    exponent: f64,
+    of: impl Fn(&Cell) -> f64,
+) -> Option<f64> {
+    let (length_m, m2) =
+        trees.clone().fold((0.0, 0.0), |(length_m, m2), tree| (length_m + tree.scanned_m, m2 + of(tree)));
+    let mean = m2 / length_m;
+    let by_tree = |tree: &Cell| tree.scanned_m * (of(tree) / tree.scanned_m / mean).powf(exponent);
     let shift = (trees.map(by_tree).sum::<f64>() / length_m).ln();
     Some(shift)
         .filter(|_| exponent > 1.0 && shift.is_finite())
@@ -33,7 +36,8 @@ mod tests {
 
     #[test]
     fn alike_trees_make_no_difference_and_young_ones_do() {
-        let of = |contact_m2: &[f64], exponent| uneven(trees(contact_m2).iter(), exponent);
+        let of =
+            |contact_m2: &[f64], exponent| uneven(trees(contact_m2).iter(), exponent, |tree| tree.contact_m2);
         assert!(of(&[9.0; 12], 1.3).is_some_and(|shift| shift < 1e-12));
         // Three of twelve with a seventh of the leaves: by hand, (9 + 3 · (1/7)^1.3) / 12 over ((9 + 3/7) / 12)^1.3.
         let young: Vec<f64> = [7.0; 9].into_iter().chain([1.0; 3]).collect();

@@ -12,6 +12,8 @@ impl Warning {
             Self::OpticsUnknown => "optics_unknown",
             Self::WeakRegression { .. } => "weak_regression",
             Self::OtherMount { .. } => "other_mount",
+            Self::OtherSpacing { .. } => "other_spacing",
+            Self::UnevenTrees { .. } => "uneven_trees",
             Self::SharesDisagree { .. } => "shares_disagree",
             Self::NoWitness => "no_witness",
             Self::CardTooShort => "card_too_short",

@@ -44,6 +44,15 @@ impl fmt::Display for Warning {
                     metres(height_m)
                 )
             }
+            Self::OtherSpacing { calibrated_m, spacing_m } => write!(
+                f,
+                "the calibration's regression on I_T is of rows whose trees stand {calibrated_m} m apart, and the rig's stand {spacing_m} m apart: a metre of row shows another outline of the same leaves; \
+                 the leaf area by I_T is withheld; that by contact is not, and its interval is wider"
+            ),
+            Self::UnevenTrees { ratio } => write!(
+                f,
+                "trees differ so much that the calibration's regression on I_T tells {ratio:.2} times as much tree by tree as of their mean: the leaf area by I_T is withheld; that by contact is not"
+            ),
             Self::SharesDisagree { ratio, band: [low, high] } => write!(
                 f,
                 "shares of spots say {ratio:.2} times what contact says, the calibration's rows {low:.2} to {high:.2} times: something changes the power that \

@@ -13,6 +13,7 @@ mod footprint;
 mod ground;
 mod impacted_area;
 mod leaning;
+mod planting;
 mod profile;
 mod row_axis;
 mod rows_law;
