@@ -166,6 +166,7 @@ impl Database {
             kind,
             only_if,
             knows_missing: matches!(address, Address::Group(_)) && !is_float,
+            largest_raw: None,
             names: names.collect(),
             unit: signal.unit().clone(),
         })

@@ -35,6 +35,8 @@ pub struct Field {
     pub(crate) only_if: Option<(Bits, u64)>,
     /// The largest raw value says that there is none, as J1939 and NMEA 2000 have it.
     pub(crate) knows_missing: bool,
+    /// Larger raw values say that there is an error, or are kept for other uses: of messages of ours.
+    pub(crate) largest_raw: Option<u64>,
     pub(crate) names: Vec<(f64, String)>,
     /// Its unit, empty where it has none.
     pub unit: String,
@@ -102,6 +104,7 @@ impl Field {
             kind: Kind::Unsigned,
             only_if: None,
             knows_missing: false,
+            largest_raw: None,
             names: Vec::new(),
             unit: String::new(),
         }
@@ -120,6 +123,7 @@ impl Field {
             kind: if signal.signed { Kind::Signed } else { Kind::Unsigned },
             only_if: None,
             knows_missing: true,
+            largest_raw: (!signal.signed).then(|| u64::try_from(signal.raw_max()).unwrap_or(u64::MAX)),
             names: signal.names.iter().map(|(raw, name)| (value(*raw), (*name).to_owned())).collect(),
             unit: signal.unit.to_owned(),
         })
@@ -131,11 +135,14 @@ impl Field {
         self.bits.of(bytes).is_some() && self.only_if.is_none_or(switched)
     }
 
-    /// Its value in a message of these bytes; none where it is not in it, or not available.
+    /// Its value in a message of these bytes; none where it is not in it, not available, or an error code.
     pub fn value(&self, bytes: &[u8]) -> Option<f64> {
         let raw = self.bits.of(bytes).filter(|_| self.is_in(bytes))?;
         let missing = if self.kind == Kind::Signed { self.bits.ones() >> 1 } else { self.bits.ones() };
         if self.knows_missing && self.bits.size > 1 && raw == missing {
+            return None;
+        }
+        if self.largest_raw.is_some_and(|largest| raw > largest) {
             return None;
         }
         let unused = 64 - self.bits.size;

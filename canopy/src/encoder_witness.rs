@@ -26,6 +26,14 @@ const LAG: usize = 10;
 const ANCHORS: usize = 9;
 /// So near by the encoder, in lags at the rig's speed, scans may be of one place.
 const NEAR_LAGS: f64 = 0.5;
+/// Of a way that comes back, a scan is compared with one from before that is so near, in lags; it stands for the [`LAG`] scans of which one is kept.
+const SAME_PLACE_LAGS: f64 = 0.05;
+/// How much of the latest pair counts in what a lag changes just there.
+const LATEST: f64 = 0.1;
+/// A speed is that of so much time, seconds: an encoder that sticks for a tenth of a second each fifth one has half the speed.
+const SPEED_S: f64 = 0.5;
+/// Without a tick for so long, the tractor may stand, seconds: a speed is told of what lies before.
+const PAUSE_S: f64 = 0.35;
 /// Beams of a pair that must have met something.
 const LEAST_BEAMS: u32 = 30;
 /// Pairs that a share is told of.
@@ -81,14 +89,14 @@ impl Default for Pairs {
 }
 
 impl Pairs {
-    fn add(&mut self, lags: f64, share: f64) {
+    fn add(&mut self, lags: f64, share: f64, pairs: u32) {
         let distance = match lags {
             lags if lags > 0.0 => 1 + ((lags / SHORTEST).log2() * 2.0).max(0.0) as usize,
             _ => 0,
         };
         let share = ((share * SHARES as f64) as usize).min(SHARES - 1);
         let row = self.0.get_mut(distance.min(DISTANCES - 1));
-        row.and_then(|row| row.get_mut(share)).into_iter().for_each(|pairs| *pairs += 1);
+        row.and_then(|row| row.get_mut(share)).into_iter().for_each(|counted| *counted += pairs);
     }
 
     /// Those from one distance to another, in lags: the middle of each share, and how many pairs have it.
@@ -134,14 +142,22 @@ pub(crate) struct EncoderWitness {
     anchors: VecDeque<Kept>,
     since_anchor: usize,
     ticks: Option<u32>,
-    /// When and where it counted last.
-    counted: Option<Counted>,
-    /// The way at each speed, from count to count.
+    /// Where it counted last, metres.
+    counted_m: Option<f64>,
+    /// When it counted last, seconds of travel; and the time and way so far that a speed is told of, seconds and metres.
+    counted_s: Option<f64>,
+    timed: (f64, f64),
+    /// The way at each speed.
     speeds: Speeds,
     /// The latest scan, seconds of travel; and its way so far by the encoder, metres.
     latest_s: f64,
     way_m: f64,
     pairs: Pairs,
+    /// Of one place by the encoder: by what changed over what a lag changes there.
+    at_place: Pairs,
+    /// What a lag changed on average lately, and ever: Σ and count.
+    lately: Option<f64>,
+    ever: (f64, f64),
     /// Σ way between neighbours, and of that times the share that changed.
     neighbours: (f64, f64),
 }
@@ -172,11 +188,16 @@ impl EncoderWitness {
             anchors: VecDeque::new(),
             since_anchor: 0,
             ticks: None,
-            counted: None,
+            counted_m: None,
+            counted_s: None,
+            timed: (0.0, 0.0),
             speeds: Speeds::default(),
             latest_s: 0.0,
             way_m: 0.0,
             pairs: Pairs::default(),
+            at_place: Pairs::default(),
+            lately: None,
+            ever: (0.0, 0.0),
             neighbours: (0.0, 0.0),
         }
     }
@@ -189,12 +210,10 @@ impl EncoderWitness {
     /// Takes a scan whose encoder had counted so far, at this place and time; at the rig's speed lines are `line_m` apart.
     pub(crate) fn observe(&mut self, ticks: u32, at: Counted, line_m: f64, grid: BeamGrid, range_m: &[f64]) {
         if self.ticks != Some(ticks) {
-            if let Some(before) = self.counted {
-                let way_m = (at.y_m - before.y_m).abs();
-                self.way_m += way_m;
-                self.speeds.add(way_m, at.travel_s - before.travel_s);
-            }
-            self.counted = Some(at);
+            let way_m = self.counted_m.map_or(0.0, |before_m| (at.y_m - before_m).abs());
+            self.way_m += way_m;
+            self.counted_m = Some(at.y_m);
+            self.time(at.travel_s, way_m);
         }
         (self.ticks, self.latest_s) = (Some(ticks), at.travel_s);
         if self.tick_m > COARSEST_LINES * line_m {
@@ -222,15 +241,62 @@ impl EncoderWitness {
                 let lag_m = LAG as f64 * line_m;
                 let lags = |kept: &Kept| (at.y_m - kept.at.y_m).abs() / lag_m;
                 let is_near = |kept: &Kept| lags(kept) < NEAR_LAGS;
-                let share =
-                    if is_near(&oldest) { self.least_changed(share, range_m, is_near) } else { share };
-                self.pairs.add(lags(&oldest), share);
+                if is_near(&oldest) {
+                    let least = self.least_changed(share, range_m, is_near);
+                    self.add_at_place(lags(&oldest), least, 1);
+                } else {
+                    self.pairs.add(lags(&oldest), share, 1);
+                    // It may have been here before.
+                    let here = |kept: &&Kept| lags(kept) < SAME_PLACE_LAGS;
+                    let again =
+                        self.anchors.iter().find(here).and_then(|kept| changed(&kept.range_m, range_m));
+                    if let Some(share) = again {
+                        self.add_at_place(0.0, share, LAG as u32);
+                    }
+                    self.lately =
+                        Some(self.lately.map_or(share, |before| before + LATEST * (share - before)));
+                    self.ever = (self.ever.0 + share, self.ever.1 + 1.0);
+                }
             }
             room = self.anchor(oldest);
         }
         room.clear();
         room.extend_from_slice(range_m);
         self.kept.push_back(Kept { at, range_m: room });
+    }
+
+    /// Adds a count to the speeds: so much way since the one before.
+    fn time(&mut self, at_s: f64, way_m: f64) {
+        let Some(before_s) = self.counted_s.replace(at_s) else { return };
+        let seconds = at_s - before_s;
+        if seconds > PAUSE_S {
+            self.tell_speed();
+            self.speeds.add(way_m, seconds);
+            return;
+        }
+        self.timed = (self.timed.0 + seconds, self.timed.1 + way_m);
+        if self.timed.0 >= SPEED_S {
+            self.tell_speed();
+        }
+    }
+
+    /// Adds the speed so far.
+    fn tell_speed(&mut self) {
+        let (seconds, way_m) = std::mem::take(&mut self.timed);
+        self.speeds.add(way_m, seconds);
+    }
+
+    /// Adds a pair of one place by the encoder: where trees are dense, their leaves in the wind change more than the row does on average.
+    fn add_at_place(&mut self, lags: f64, share: f64, pairs: u32) {
+        match self.lately {
+            Some(lately) => {
+                let a_lag = lately.max(self.ever.0 / self.ever.1);
+                let of_a_lag = if a_lag > 0.0 { share / a_lag } else { 0.0 };
+                self.at_place.add(lags, of_a_lag.min(1.0), pairs);
+            }
+            // Before it ever counted.
+            None => self.pairs.add(lags, share, pairs),
+        }
     }
 
     /// How much changed since the scan of this place that is most like it: a lag before, or more.
@@ -266,8 +332,11 @@ impl EncoderWitness {
         } else {
             (0.0, BORDER_OF_STAND * far)
         };
-        let at_one_place = self.pairs.between(0.0, most);
-        at_one_place.filter(|(share, _)| *share > border).map(|(_, pairs)| u64::from(pairs)).sum()
+        let beyond = |pairs: &Pairs, border: f64| -> u64 {
+            let at_one_place = pairs.between(0.0, most);
+            at_one_place.filter(|(share, _)| *share > border).map(|(_, pairs)| u64::from(pairs)).sum()
+        };
+        beyond(&self.pairs, border) + beyond(&self.at_place, border / far)
     }
 
     /// True where the picture stood still while the encoder counted nothing: the tractor stands, or drives along what looks the same everywhere.
@@ -444,6 +513,56 @@ mod tests {
                 let (stuck, scans) = drive(12.0, in_gusts, |s| s, stops, ticks_per_m);
                 assert!(stuck.is_stuck(scans), "{case}: {}", stuck.stuck());
             }
+        }
+    }
+
+    /// An encoder whose channels are swapped for a while counts back over places that look otherwise; a tractor that backs up sees them again.
+    #[test]
+    fn a_way_that_comes_back_is_believed_where_the_picture_does_too() {
+        let back = |s: f64| s - 2.0 * (s.clamp(4.0, 7.0) - 4.0);
+        for ticks_per_m in [100.0, 1000.0] {
+            let (swapped, scans) = drive(14.0, past_canopy, |s| s, back, ticks_per_m);
+            assert!(swapped.is_stuck(scans), "{ticks_per_m}: {}", swapped.stuck());
+            let (backs_up, scans) = drive(14.0, past_canopy, back, back, ticks_per_m);
+            assert_eq!(backs_up.doubts(scans), [None, None], "{ticks_per_m}: {}", backs_up.stuck());
+        }
+    }
+
+    /// A bad contact: half of the way is missing, though each second has some.
+    #[test]
+    fn an_encoder_that_sticks_in_bursts_has_another_speed() {
+        for ticks_per_m in [100.0, 1000.0] {
+            for period_ms in [40, 120, 200, 300] {
+                let half = |s: f64| {
+                    let (ms, half_ms) = ((1000.0 * s).round() as u32, period_ms / 2);
+                    f64::from(ms / period_ms * half_ms + (ms % period_ms).min(half_ms)) / 1000.0
+                };
+                let (witness, scans) = drive(12.0, past_canopy, |s| s, half, ticks_per_m);
+                assert!(witness.doubts(scans)[1].is_some(), "{period_ms} ms, {ticks_per_m} ticks");
+            }
+        }
+    }
+
+    /// Where trees stand far apart, a lag changes little on average: a stop before a tree whose leaves move is held against what changes there.
+    #[test]
+    fn a_stop_before_a_tree_of_a_sparse_row_is_no_doubt() {
+        let sparse = |y_m: f64| match y_m % 4.0 {
+            at_m if at_m < 1.0 => past_canopy(y_m),
+            _ => vec![2.0; 200],
+        };
+        for ticks_per_m in [100.0, 1000.0] {
+            let scan = std::cell::Cell::new(0_u32);
+            let in_gusts = |y_m: f64| {
+                scan.set(scan.get() + 1);
+                sparse(y_m + 0.03 * (f64::from(scan.get()) / 50.0 * std::f64::consts::TAU / 0.7).sin())
+            };
+            let stops = |s: f64| s.min(4.5) + (s - 10.5).max(0.0);
+            let (stood, scans) = drive(22.0, in_gusts, stops, stops, ticks_per_m);
+            assert!(!stood.is_stuck(scans), "{ticks_per_m}: {} of {scans}", stood.stuck());
+            scan.set(0);
+            let sticks = |s: f64| s.min(4.2) + (s - 5.2).max(0.0);
+            let (stuck, scans) = drive(22.0, in_gusts, |s| s, sticks, ticks_per_m);
+            assert!(stuck.stuck() > 0, "{ticks_per_m}: {} of {scans}", stuck.stuck());
         }
     }
 

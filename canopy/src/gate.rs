@@ -55,7 +55,9 @@ impl Exclusion {
     /// Why, and what to do.
     pub(crate) fn reason(self) -> &'static str {
         match self {
-            Self::DeviceError => "the device reports an error",
+            Self::DeviceError => {
+                "the device reports an error, as it does of its first scans after a start (`LMCstartmeas` starts it anew)"
+            }
             Self::Contamination => "the window is too dirty to measure through: clean it",
             Self::OutsideField => {
                 "the beams point outside the field of the rig's model: name the model that scanned with --model"

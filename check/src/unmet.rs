@@ -15,6 +15,9 @@ const STEP: Duration = Duration::from_millis(20);
 /// A tractor that goes less in such a step stands, metres.
 const STANDS_M: f64 = 1e-6;
 
+/// A tractor that goes less than so many times its speed before has slowed down.
+const SLOWED: f64 = 0.9;
+
 /// What a run has left of its course.
 pub(crate) struct Left<'a> {
     pub(crate) streams: &'a BTreeMap<String, Stream>,
@@ -32,7 +35,13 @@ pub(crate) fn why(fault: &ScenarioFault, left: &Left<'_>) -> Option<String> {
             "nobody was told what the encoder counts: have a client of a scanner switch it on".to_owned(),
         ),
         "reverse" => never(left, spec.id.as_deref()?, "went back", |way_m| way_m < -STANDS_M),
-        "stop" => never(left, spec.id.as_deref()?, "stood", |way_m| way_m.abs() < STANDS_M),
+        // Whoever brakes for a stop that is soon over drives slower all the same.
+        "stop" => {
+            let id = spec.id.as_deref()?;
+            let began = left.events.iter().find(|event| event.event == id).map(Event::at)?;
+            let before_m = steps(left.journal, began, began + STEP).last()?;
+            never(left, id, "slowed down", |way_m| way_m < SLOWED * before_m || way_m.abs() < STANDS_M)
+        }
         _ => None,
     }
 }

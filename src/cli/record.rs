@@ -51,7 +51,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["sources", "nmea", "can"])]
     repair: Option<PathBuf>,
     /// End after so many scans of each scanner
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     scans: Option<u64>,
     /// End after so many seconds, whether scans come or not
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]

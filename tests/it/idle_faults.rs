@@ -34,7 +34,7 @@ fn a_fault_that_nobody_could_notice_is_an_error_and_no_act() {
     for (fault, why) in [
         ("name = \"encoder\", reversed = true", "nobody was told what the encoder counts"),
         ("name = \"reverse\", for = { s = 0.2 }", "over before the tractor went back"),
-        ("name = \"stop\", for = { s = 0.1 }", "over before the tractor stood"),
+        ("name = \"stop\", for = { s = 0.02 }", "over before the tractor slowed down"),
         ("name = \"truncate\", on = \"left\", keep = 100000", "nothing about the telegram changes"),
     ] {
         let fault = format!("{{ id = \"f\", at = {{ row_m = 2 }}, {fault} }}");
@@ -52,6 +52,7 @@ fn a_fault_that_nobody_could_notice_is_an_error_and_no_act() {
 fn a_stop_that_stands_and_a_telegram_that_is_cut_are_acts() {
     for fault in [
         "name = \"stop\", for = { s = 4 }",
+        "name = \"stop\", for = { s = 1 }",
         "name = \"reverse\", for = { s = 5 }",
         "name = \"truncate\", on = \"left\", bytes = 3",
     ] {

@@ -39,7 +39,7 @@ pub(crate) fn judge(number: usize, expect: &Expect, run: &RunRecord, without: Op
         return Err(format!("nobody sent {name} in this run: nothing is known of it"));
     }
     match (never, change) {
-        (true, change) => Ok(never_so((name, course, window), expect, change, &words)),
+        (true, change) => never_so((name, course, window), expect, change, &words),
         (false, true) => changes((name, course, window), expect),
         (false, false) if expect.bounds.is_empty() => comes((name, course, window), expect),
         (false, false) => holds((name, course, window), expect, &words),
@@ -191,29 +191,35 @@ fn changes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
     })
 }
 
-/// The value must never be so, or never change.
-fn never_so((name, course, window): Heard<'_>, expect: &Expect, change: bool, words: &str) -> Judged {
+/// The value must never be so, or never change. What it is while it is not available nobody knows.
+fn never_so((name, course, window): Heard<'_>, expect: &Expect, change: bool, words: &str) -> Result {
     let Window { from, ended, .. } = window;
     let all = course.within(from, ended);
     let base = course.before(from);
+    let held = || base.map(|sample| Sample { at: from, ..sample }).into_iter().chain(all.iter().copied());
     let found = if change {
         let base = base.or(all.first().copied());
         all.iter().find(|sample| base.is_some_and(|base| base.value != sample.value)).copied()
     } else {
-        let held = base.map(|sample| Sample { at: from, ..sample });
-        held.into_iter()
-            .chain(all.iter().copied())
-            .find(|sample| sample.value.is_some_and(|value| expect.bounds.hold(value)))
+        held().find(|sample| sample.value.is_some_and(|value| expect.bounds.hold(value)))
     };
     let what = if change { "change".to_owned() } else { format!("be {words}") };
-    match found {
-        Some(sample) => {
+    let unknown = held().find(|sample| sample.value.is_none());
+    Ok(match (found, unknown) {
+        (None, Some(unknown)) => {
+            return Err(format!(
+                "{name} is not available at {:.3} s, and whether it is {} then nobody knows: expect it over a time in which it is, or `equals` for what it must be",
+                unknown.at.as_secs_f64(),
+                if change { "another" } else { words }
+            ));
+        }
+        (Some(sample), _) => {
             Judged::holds(false, format!("expected {name} never to {what}, found {}", told(Some(sample))))
                 .at(sample.at)
         }
-        None if change => Judged::holds(true, format!("{name} never changes")),
-        None => Judged::holds(true, format!("{name} is never {words}")),
-    }
+        (None, None) if change => Judged::holds(true, format!("{name} never changes")),
+        (None, None) => Judged::holds(true, format!("{name} is never {words}")),
+    })
 }
 
 /// Nothing may be heard: from a moment after the start of the window on, for a time or to the end.

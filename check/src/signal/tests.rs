@@ -196,9 +196,14 @@ fn not_available_is_no_value() {
     let frames = || vec![nozzles(0, 1, 20), nozzles(500, 3, 20)];
     let of = |keys: &str| verdict(&format!("{SECTION}, {keys}"), frames()).0;
     assert_eq!(
-        (of("equals = 1"), of("above = 1, never = true"), of("changes = true")),
-        (Failed, Passed, Passed)
+        (of("equals = 1"), of("changes = true"), of("changes = true, never = true")),
+        (Failed, Passed, Failed)
     );
+    // Nobody knows what it is meanwhile; what it was before and must not be is known.
+    assert_eq!((of("above = 1, never = true"), of("above = 0, never = true")), (Error, Failed));
+    let of =
+        |keys: &str| verdict(&format!("{SECTION}, {keys}"), vec![nozzles(0, 3, 20), nozzles(500, 3, 20)]).0;
+    assert_eq!((of("above = 1, never = true"), of("changes = true, never = true")), (Error, Error));
 }
 
 #[test]
