@@ -1,4 +1,4 @@
-//! Hex text: one frame a line, or one dump over many lines. Comments begin with `;` or `#`.
+//! Hex text without addresses: one frame a line, or one dump over many lines. Comments begin with `;` or `#`.
 
 use super::ReadError;
 use crate::{Joint, Packet};
@@ -33,12 +33,12 @@ pub(super) fn packets(text: &str) -> Result<Vec<Packet>, ReadError> {
 }
 
 /// What is between blanks and commas.
-fn words(line: &str) -> impl Iterator<Item = &str> {
+pub(super) fn words(line: &str) -> impl Iterator<Item = &str> {
     line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty())
 }
 
 /// Bytes, apart or not, with or without `0x`; an error is the word that is none.
-fn hex_line(line: &str) -> Result<Vec<u8>, String> {
+pub(super) fn hex_line(line: &str) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     for word in words(line) {
         let digits = word.strip_prefix("0x").unwrap_or(word);

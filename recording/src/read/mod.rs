@@ -4,6 +4,7 @@ mod candump;
 mod capture;
 mod carmen;
 mod datagrams;
+mod dump;
 mod format;
 mod fragments;
 mod gzip;
@@ -269,7 +270,10 @@ impl Recording {
             }
             Format::Hex => {
                 let text = text(input)?;
-                let (packets, torn) = lines(&text, hex::packets)?;
+                let (packets, torn) = lines(&text, |text| match dump::packets(text)? {
+                    Some(packets) => Ok(packets),
+                    None => hex::packets(text),
+                })?;
                 if packets.is_empty() {
                     return Err(ReadError::Empty);
                 }
