@@ -8,6 +8,7 @@ use rowscan_protocol::time::SimTime;
 
 use crate::fault::{ScenarioFault, Sweep};
 use crate::journal::Journal;
+use crate::run_end::RunEnd;
 
 /// Faults of a sweep that wait for their scan at the same time.
 const AHEAD: i64 = 4;
@@ -140,13 +141,14 @@ impl FaultDesk {
     }
 
     /// Why the faults' script is not done, if a sweep is not.
-    pub(crate) fn unfinished(&self) -> Option<String> {
+    pub(crate) fn unfinished(&self, end: RunEnd<'_>) -> Option<String> {
         let work = self.lock();
         let sweeping = work.sweeps.iter().find(|sweeping| sweeping.phase != Phase::Done)?;
         let Sweep { id, key, .. } = &sweeping.sweep;
         let done = sweeping.done;
         Some(format!(
-            "the end came before the sweep `{id}` was through: {done} values of `{key}` so far; move `end`"
+            "{} ({done} values of `{key}` so far)",
+            end.before(&format!("the sweep `{id}` was through"))
         ))
     }
 

@@ -9,6 +9,7 @@ use rowscan_emulator::Sleep;
 use crate::ending::Crash;
 use crate::jitter::Jitter;
 use crate::journal::{Event, row_place};
+use crate::run_end::RunEnd;
 use crate::runner::RunRecord;
 use crate::verdict::Verdict;
 
@@ -141,11 +142,13 @@ pub(crate) struct Window<'a> {
     pub(crate) from: SimTime,
     /// When the run ended.
     pub(crate) ended: SimTime,
+    /// The same, and why it did.
+    pub(crate) end: RunEnd<'a>,
 }
 
 impl<'a> Window<'a> {
     /// That of an expectation in `run`. A drive that never began would have begun at its end at the earliest.
-    pub(crate) fn of(after: Option<&'a String>, run: &RunRecord) -> std::result::Result<Self, String> {
+    pub(crate) fn of(after: Option<&'a String>, run: &'a RunRecord) -> std::result::Result<Self, String> {
         let Some(after) = after else {
             let began = run.journal.as_ref().map(|journal| journal.began().unwrap_or(run.ended));
             return Ok(Self {
@@ -153,10 +156,11 @@ impl<'a> Window<'a> {
                 opens: SimTime::ZERO,
                 from: began.unwrap_or_default(),
                 ended: run.ended,
+                end: run.end(),
             });
         };
         let at = from_event(after, run)?;
-        Ok(Self { after: Some(after), opens: at, from: at, ended: run.ended })
+        Ok(Self { after: Some(after), opens: at, from: at, ended: run.ended, end: run.end() })
     }
 
     /// So many seconds after its start.
@@ -188,7 +192,7 @@ impl<'a> Window<'a> {
 fn from_event(name: &str, run: &RunRecord) -> std::result::Result<SimTime, String> {
     if let Some(row_m) = row_place(name) {
         let passed = run.journal.as_ref().and_then(|journal| journal.passed(row_m, run.ended));
-        return passed.ok_or_else(|| format!("the tractor did not come to `{name}`; move `end`"));
+        return passed.ok_or_else(|| run.end().before(&format!("the tractor came to `{name}`")));
     }
     event_number(name, run).map(|number| run.events.get(number).map_or(SimTime::ZERO, Event::at))
 }

@@ -28,6 +28,7 @@ mod pause;
 mod process_value;
 pub mod report;
 mod rig;
+mod run_end;
 mod run_file;
 mod runner;
 pub mod scenario;

@@ -80,10 +80,7 @@ pub(crate) fn judge(expect: &Expect, run: &RunRecord) -> Result<Judged, String> 
             Judged::holds(true, format!("ddi{} after {:.3} s", wanted.title(), s(at))).at(at).due(due, at)
         }
         None if due > run.ended => {
-            return Err(format!(
-                "the run ended at {:.3} s, before `within_s` was over; move `end`",
-                run.ended.as_secs_f64()
-            ));
+            return Err(run.end().before("`within_s` was over"));
         }
         None => Judged::holds(
             false,

@@ -27,6 +27,7 @@ use crate::onlooker::Onlooker;
 use crate::output::Match;
 use crate::pause::{self, Timing};
 use crate::rig::{self, Failure, ScenarioRig};
+use crate::run_end::RunEnd;
 use crate::scenario::{DeviceSpec, Mode, OnExit, Ready, RunSpec, Scenario, Time};
 use crate::sprayer::{SprayerRun, reserved, untold};
 use crate::standing::Standing;
@@ -117,8 +118,13 @@ impl RunRecord {
 
     /// Why a fault changed nothing, if that is known.
     pub(crate) fn unmet(&self, fault: &ScenarioFault) -> Option<String> {
-        let Self { streams, events, journal, ended, .. } = self;
-        unmet::why(fault, &unmet::Left { streams, events, journal: journal.as_ref()?, ended: *ended })
+        let Self { streams, events, journal, .. } = self;
+        unmet::why(fault, &unmet::Left { streams, events, journal: journal.as_ref()?, end: self.end() })
+    }
+
+    /// When it ended, and why.
+    pub(crate) fn end(&self) -> RunEnd<'_> {
+        RunEnd { at: self.ended, left: self.left.as_deref() }
     }
 
     /// When and where it ended.
@@ -230,7 +236,8 @@ async fn drive(
     record.warnings.extend(known.into_iter().chain(rig.refused.told()));
     let tasks = scenario.buses.iter().filter_map(|bus| bus.task.as_ref());
     record.warnings.extend(tasks.flat_map(|task| task.told(&rig.clients.news(), &rig.clients.steps())));
-    let unfinished = rig.desk.unfinished();
+    let left = ended.as_ref().ok().and_then(Option::as_deref);
+    let unfinished = rig.desk.unfinished(RunEnd { at: record.ended, left });
     // Healed faults are forgotten.
     record.fault_acts = rig.desk.acts();
     record.warnings.extend(over_before_drive(faults, &journal));
@@ -285,7 +292,7 @@ async fn drive(
         return Err(unfinished.into());
     }
     if children.len() < scenario.runs.len() {
-        return Err("the end came before every child had started; move `end` or shorten `ready`".into());
+        return Err(format!("{}, or shorten `ready`", record.end().before("every child had started")).into());
     }
     Ok(())
 }

@@ -8,6 +8,7 @@ use rowscan_protocol::time::SimTime;
 
 use crate::fault::ScenarioFault;
 use crate::journal::{Event, Journal};
+use crate::run_end::RunEnd;
 use crate::witness::Stream;
 
 /// How closely the way is looked at.
@@ -23,8 +24,7 @@ pub(crate) struct Left<'a> {
     pub(crate) streams: &'a BTreeMap<String, Stream>,
     pub(crate) events: &'a [Event],
     pub(crate) journal: &'a Journal,
-    /// When it ended.
-    pub(crate) ended: SimTime,
+    pub(crate) end: RunEnd<'a>,
 }
 
 /// Why a fault changed nothing in a run in which it began; `None` where it could.
@@ -57,12 +57,12 @@ fn never(left: &Left<'_>, id: &str, did: &str, is_so: impl Fn(f64) -> bool) -> O
     let end = format!("{id}.end");
     let named = |name: &str| left.events.iter().find(|event| event.event == name).map(Event::at);
     let from = named(id)?;
-    if steps(left.journal, from, left.ended).any(is_so) {
+    if steps(left.journal, from, left.end.at).any(is_so) {
         return None;
     }
-    Some(match named(&end).filter(|end| *end < left.ended) {
+    Some(match named(&end).filter(|end| *end < left.end.at) {
         Some(_) => format!("it was over before the tractor {did}: make it longer than the braking takes"),
-        None => format!("the run ended before the tractor {did}: move `end`"),
+        None => left.end.before(&format!("the tractor {did}")),
     })
 }
 

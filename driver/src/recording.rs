@@ -141,6 +141,7 @@ impl Recording {
             match packet {
                 Some(packet) => self.take(packet),
                 None if !self.ended => {
+                    self.learn_of_taken();
                     self.due = self.later.take_rest();
                     if !self.due.is_empty() {
                         continue;
@@ -155,16 +156,23 @@ impl Recording {
         }
     }
 
-    fn take(&mut self, packet: Packet) {
+    /// Learns what the packet before told of the scanner, all of whose events have been taken by now.
+    fn learn_of_taken(&mut self) {
         let streams = self.recording.streams();
-        let Some(stream) = streams.get(packet.stream) else { return };
-        // All its events have been taken by now.
         if let Some(taken) = self.taken.take()
             && let Some(heard) = self.clients.get_mut(&taken).and_then(ScanReader::heard_settings)
             && let Some(taken) = streams.get(taken)
         {
             self.settings.learn(streams, &taken.name, heard);
         }
+    }
+
+    fn take(&mut self, packet: Packet) {
+        if self.recording.streams().get(packet.stream).is_some() {
+            self.learn_of_taken();
+        }
+        let streams = self.recording.streams();
+        let Some(stream) = streams.get(packet.stream) else { return };
         if let Some(chosen) = self.chosen.filter(|_| self.wanted.is_none()) {
             let is_of_its_scanner = |name: &str| {
                 let read = streams.get(chosen).map_or("", |chosen| chosen.name.as_str());
@@ -290,6 +298,9 @@ impl Recording {
         if let Some(torn) = self.recording.torn() {
             tracing::warn!("{path}: {torn}; {} is read", torn.read_part());
         }
+        if let Some(step) = self.recording.clock_back() {
+            tracing::warn!("{path}: {step}");
+        }
         let soundness = self.recording.soundness();
         if let Some(damage) = soundness.damage().filter(|_| soundness.sound > 0) {
             tracing::warn!("{path}: {damage}");
@@ -354,7 +365,13 @@ impl Feed for Recording {
         let chosen = self.chosen.and_then(|chosen| self.recording.streams().get(chosen));
         let asked = self.wanted.as_deref().or(self.preferred.as_deref());
         let stream = chosen.map(|stream| stream.name.as_str()).or(asked);
-        models_of(self.recording.about(), stream)
+        let named = models_of(self.recording.about(), stream);
+        if !named.is_empty() {
+            return named;
+        }
+        // A file that names none may hold the scanner's own word.
+        let ident = stream.and_then(|stream| self.settings.ident_of(self.recording.streams(), stream));
+        ident.map_or_else(Vec::new, |ident| AnyModel::of_device(&ident.name.0, &ident.version.0))
     }
 
     fn recorded_kind(&self) -> Option<StreamKind> {

@@ -200,10 +200,20 @@ pub(crate) fn calls(process: u32) -> String {
     let names = threads.map(|thread| {
         let call = fs::read_to_string(thread.path().join("syscall")).unwrap_or_default();
         let number = call.split(' ').next().unwrap_or_default().trim();
-        let known = number.parse().ok();
-        named(known, WAITS).or_else(|| named(known, SLEEPS)).unwrap_or(number).to_owned()
+        call_name(number)
     });
     names.take(16).collect::<Vec<_>>().join(", ")
+}
+
+/// A system call as /proc tells it, in words: a number alone says nothing to a reader.
+fn call_name(number: &str) -> String {
+    let known = number.parse().ok();
+    match named(known, WAITS).or_else(|| named(known, SLEEPS)) {
+        Some(name) => name.to_owned(),
+        None if known.is_some() => format!("system call {number}"),
+        // Such as `running`.
+        None => number.to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -217,6 +227,13 @@ mod tests {
         while !wanted(&doing(process)) {
             std::thread::yield_now();
         }
+    }
+
+    #[test]
+    fn a_system_call_without_a_name_is_told_as_one() {
+        assert_eq!(call_name("9999"), "system call 9999");
+        assert_eq!(call_name("running"), "running");
+        assert_eq!(call_name(""), "");
     }
 
     #[test]

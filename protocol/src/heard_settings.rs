@@ -7,6 +7,7 @@ use alloc::string::String;
 use crate::echo::EchoChoice;
 use crate::leftover::Leftover;
 use crate::leftover_set::LeftoverSet;
+use crate::telegram::device_ident::{self, DeviceIdent};
 use crate::telegram::ee_writeall::WriteAll;
 use crate::telegram::fr_echo_filter::{self, EchoFilter};
 use crate::telegram::sc_reboot::Reboot;
@@ -28,6 +29,8 @@ pub struct HeardSettings {
     /// Requests without an answer so far, in their order: refusals do not say what they refuse.
     open: VecDeque<Asked>,
     in_force: SettingsInForce,
+    /// What the scanner says it is.
+    ident: Option<DeviceIdent>,
 }
 
 /// What is known of a device's FREchoFilter, and of what it takes away.
@@ -91,6 +94,11 @@ impl HeardSettings {
         self.in_force.code
     }
 
+    /// What the scanner has said that it is, the last time; none where that was not heard.
+    pub fn ident(&self) -> Option<&DeviceIdent> {
+        self.ident.as_ref()
+    }
+
     /// The settings that are known to take something away.
     pub fn leftovers(&self) -> LeftoverSet {
         self.in_force.leftovers
@@ -118,6 +126,9 @@ impl HeardSettings {
             (Kind::Wa, EchoFilter::NAME) => *code = asked.and_then(|asked| asked.code),
             (Kind::Ra, EchoFilter::NAME) => {
                 *code = telegram.args.decode::<EchoFilter>().ok().map(|it| it.code);
+            }
+            (Kind::Ra, DeviceIdent::NAME | device_ident::INDEX) => {
+                self.ident = telegram.args.decode().ok().or(self.ident.take());
             }
             (Kind::Wa, name) => {
                 let takes = asked.and_then(|asked| asked.takes);
@@ -158,6 +169,22 @@ mod tests {
             after.push(heard.code());
         }
         after
+    }
+
+    #[test]
+    fn what_the_scanner_says_it_is_is_heard_by_name_and_by_index() {
+        for (told, expected) in [
+            (&["sRN DeviceIdent", "sRA DeviceIdent 6 LMS511 5 V1.80"][..], Some("LMS511")),
+            (&["sRI 0", "sRA 0 6 LMS511 5 V1.80"], Some("LMS511")),
+            // Damage takes nothing back, and a question is no answer.
+            (&["sRA DeviceIdent 6 LMS511 5 V1.80", "sRA DeviceIdent 9 LMS"], Some("LMS511")),
+            (&["sRN DeviceIdent", "sRA FREchoFilter 1"], None),
+        ] {
+            let mut heard = HeardSettings::default();
+            told.iter().for_each(|told| heard.take(&Telegram::parse(Dialect::A, told.as_bytes()).unwrap()));
+            let name = heard.ident().map(|ident| ident.name.0.as_str());
+            assert_eq!(name, expected, "{told:?}");
+        }
     }
 
     #[test]

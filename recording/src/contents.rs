@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use rowscan_protocol::frame::Dialect;
+use rowscan_protocol::plural::plural;
 
 use crate::frames::{FrameReader, RecordedFrame};
 use crate::{ReadError, Recording, StreamKind};
@@ -21,25 +22,48 @@ pub fn contents(recording: Recording) -> Result<Option<String>, ReadError> {
     counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     let rest: u64 = counts.iter().skip(MAX_NAMES).map(|(_, count)| count).sum();
     counts.truncate(MAX_NAMES);
-    let mut words: Vec<String> = counts.into_iter().map(|(name, count)| format!("{count} {name}")).collect();
+    let mut words: Vec<String> = counts.into_iter().map(|(name, count)| counted(&name, count)).collect();
     if rest > 0 {
-        words.push(format!("{rest} others"));
+        words.push(plural(rest, "other", "others").to_string());
     }
     Ok((!words.is_empty()).then(|| words.join(", ")))
 }
 
+/// What has no name of its own: one, and several.
+const NAMELESS: [(&str, &str); 7] = [
+    ("LMS2xx telegram that is no scan", "LMS2xx telegrams that are no scans"),
+    (
+        "Compact telegram that makes no whole turn of a scanner of one line",
+        "Compact telegrams that make no whole turn of a scanner of one line",
+    ),
+    ("NMEA packet", "NMEA packets"),
+    ("CAN frame", "CAN frames"),
+    ("packet of unknown content", "packets of unknown content"),
+    ("CoLa B frame that is no telegram", "CoLa B frames that are no telegrams"),
+    ("CoLa A frame that is no telegram", "CoLa A frames that are no telegrams"),
+];
+
+/// So many of what is called so, in words.
+fn counted(name: &str, count: u64) -> String {
+    match NAMELESS.into_iter().find(|(_, several)| *several == name) {
+        Some((one, several)) => plural(count, one, several).to_string(),
+        None => format!("{count} {name}"),
+    }
+}
+
 fn name(frame: &RecordedFrame) -> String {
+    let [lms2xx, compact, nmea, can, bytes, cola_b, cola_a] = NAMELESS.map(|(_, several)| several);
     let other = match frame.kind {
-        StreamKind::Lms2xx => "LMS2xx telegrams that are no scans",
-        StreamKind::Compact => "Compact telegrams that make no whole turn of a scanner of one line",
-        StreamKind::Nmea => "NMEA packets",
-        StreamKind::Can => "CAN frames",
-        StreamKind::Bytes => "packets of unknown content",
+        StreamKind::Lms2xx => lms2xx,
+        StreamKind::Compact => compact,
+        StreamKind::Nmea => nmea,
+        StreamKind::Can => can,
+        StreamKind::Bytes => bytes,
         StreamKind::Cola => match cola_name(frame.payload()) {
             Some("LMDscandata") => "LMDscandata without a scan that can be read",
             Some(name) => name,
-            None if frame.dialect == Some(Dialect::B) => "CoLa B frames that are no telegrams",
-            None => "CoLa A frames that are no telegrams",
+            None if frame.dialect == Some(Dialect::B) => cola_b,
+            None => cola_a,
         },
     };
     other.to_owned()
@@ -72,7 +96,7 @@ mod tests {
         let told = contents(Recording::read(Box::new(Cursor::new(bytes))).unwrap()).unwrap();
         assert_eq!(told.as_deref(), Some("2 LMDradardata, 1 DeviceIdent"));
         let noise = contents(Recording::read(Box::new(&b"\xFF\x02s\x03\x00"[..])).unwrap()).unwrap();
-        assert_eq!(noise.as_deref(), Some("1 CoLa A frames that are no telegrams"));
+        assert_eq!(noise.as_deref(), Some("1 CoLa A frame that is no telegram"));
         assert_eq!(contents(Recording::read(Box::new(&b"\xFF\x00\x01"[..])).unwrap()).unwrap(), None);
     }
 }

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use rowscan_protocol::heard_settings::{HeardSettings, SettingsInForce};
+use rowscan_protocol::telegram::device_ident::DeviceIdent;
 
 use crate::scan_reader::MAX_PAYLOAD;
 use crate::{Packet, ScanReader, StreamInfo, StreamKind};
@@ -18,6 +19,8 @@ const CAPTURED: &str = "udp://";
 #[derive(Debug, Default)]
 pub struct DeviceSettings {
     known: BTreeMap<String, SettingsInForce>,
+    /// What each has said that it is.
+    idents: BTreeMap<String, DeviceIdent>,
     /// Listens to conversations that nobody reads scans of.
     beside: BTreeMap<usize, ScanReader>,
 }
@@ -33,10 +36,18 @@ impl DeviceSettings {
     /// Learns what a conversation of the stream `name` has heard.
     pub fn learn(&mut self, streams: &[StreamInfo], name: &str, heard: &HeardSettings) {
         let device = device_of(streams, name);
+        if let Some(ident) = heard.ident().filter(|ident| self.idents.get(device) != Some(ident)) {
+            self.idents.insert(device.to_owned(), ident.clone());
+        }
         match self.known.get_mut(device) {
             Some(known) => *known = heard.in_force(),
             None => drop(self.known.insert(device.to_owned(), heard.in_force())),
         }
+    }
+
+    /// What the device of the stream `name` has said that it is, as far as that was heard.
+    pub fn ident_of(&self, streams: &[StreamInfo], name: &str) -> Option<&DeviceIdent> {
+        self.idents.get(device_of(streams, name))
     }
 
     /// Listens to a packet of a conversation that is not read.

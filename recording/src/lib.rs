@@ -102,7 +102,9 @@ pub use frames::{FrameReader, RecordedFrame};
 pub use info::{MAX_DRIFT_ERROR_PPM, StreamReport, account};
 pub use packet::{Joint, Packet, Side, StreamKind};
 #[cfg(feature = "files")]
-pub use read::{BrokenArchive, Format, ReadError, Recording, Resumed, Soundness, StreamInfo, Torn};
+pub use read::{
+    BrokenArchive, ClockBack, Format, ReadError, Recording, Resumed, Soundness, StreamInfo, Torn,
+};
 #[cfg(feature = "files")]
 pub use recorder::{Recorded, Recorder, RecorderOptions};
 #[cfg(feature = "files")]

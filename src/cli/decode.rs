@@ -46,7 +46,9 @@ pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
     // A scan's fields take fifty times the memory of its bytes.
     let fields = args.format != Format::Table;
     let most_bytes = if fields { MOST_BYTES / 4 } else { MOST_BYTES };
-    let read = open(&args.file).map_err(InputError::from).and_then(|found| Input::read(found, most_bytes));
+    let read = Recording::open(&args.file)
+        .map_err(InputError::from)
+        .and_then(|found| Input::read(found, most_bytes));
     let input = read.map_err(|error| match error {
         InputError::Read(ReadError::Io(cause)) => match name.parse() {
             Ok(Source::Recording { path, stream: Some(stream) }) if path.is_file() => refused(format!(
@@ -81,10 +83,6 @@ pub(super) fn run(args: Args) -> Result<Outcome, Failure> {
         output::say(format_args!("{} connections without telegrams left out", transcript.other_connections));
     }
     Ok(if bad > 0 { Outcome::Finding } else { Outcome::Done })
-}
-
-fn open(path: &Path) -> Result<Recording, ReadError> {
-    if path == Path::new(STDIN) { Recording::read(Box::new(std::io::stdin())) } else { Recording::open(path) }
 }
 
 /// The narrowest column that words are wrapped into.

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use rowscan_canopy::Placing;
+use rowscan_canopy::{Placing, Warning};
 use rowscan_driver::{DriverConfig, Scanner, Source};
+use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::files;
 
 use super::interrupt::Interrupt;
@@ -115,6 +116,8 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
     if let Some(found) = rig.as_ref().map(|rig| rig.scanners.len()).filter(|found| index >= *found) {
         return Err(StageError::from(ViewError::NoSuchScanner { index, found }).into());
     }
+    let mount = rig.as_ref().and_then(|rig| rig.scanners.get(index));
+    let taken_for = mount.and_then(|mount| AnyModel::by_name(&mount.model));
     let mut rows: Box<dyn Rows> = match args.what {
         What::Points => Box::new(PointRows::new(Placing::new(rig, index, alley))),
         What::Shots => Box::new(ShotRows::new(Placing::new(rig, index, alley))),
@@ -145,6 +148,9 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
     let Some(file) = file else { return Ok(Outcome::Finding) };
     let rows = file.commit()?;
     say(format_args!("{}: {rows} rows of {scans} scans", name_of(&args.output)));
+    if let Some(other) = taken_for.and_then(|taken_for| Warning::other_model(&scanner.models(), taken_for)) {
+        say(format_args!("{}: {other}", args.file));
+    }
     let unreadable = scanner.faults().total();
     if unreadable > 0 {
         say(format_args!("{}: {unreadable} more scan telegrams gave no scan", args.file));

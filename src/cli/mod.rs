@@ -69,6 +69,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use rowscan_driver::DriverError;
 use rowscan_files::{KeptApart, missing_file, remove_leftovers};
+use rowscan_protocol::plural::plural;
 use rowscan_recording::ReadError;
 use rowscan_study::calibrations::ConfigError;
 
@@ -187,7 +188,7 @@ pub enum Failure {
     #[error(transparent)]
     Check(#[from] rowscan_check::CheckError),
     /// Expectations that the bench could not judge.
-    #[error("{errors} expectations could not be judged; each says why")]
+    #[error("{} could not be judged; each says why", plural(*errors as u64, "expectation", "expectations"))]
     Unjudged {
         /// How many.
         errors: usize,

@@ -322,6 +322,9 @@ fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Fa
     let mut recording = open_stream(file, stream)?;
     let mut streams = account(&mut recording).map_err(|cause| unreadable(file, cause))?;
     tell_damage(file, (recording.format(), recording.main_kind()), recording.soundness())?;
+    if let Some(step) = recording.clock_back() {
+        say(format_args!("{}: {step}", file.display()));
+    }
     if let Some(wanted) = stream {
         let found = streams.iter().map(|report| report.stream.clone()).collect();
         streams.retain(|report| report.stream == wanted);

@@ -42,6 +42,9 @@ pub(super) fn convert(
 ) -> Result<Outcome, Failure> {
     let recording = open_stream(file, stream)?;
     let is = (recording.format(), recording.main_kind());
+    if let Some(step) = recording.clock_back() {
+        say(format_args!("{}: {step}", file.display()));
+    }
     // It may say so only behind its first packets.
     let ahead = Source::Recording { path: file.to_owned(), stream: None }.peek();
     let about = ahead.map_or_else(About::default, |ahead| ahead.about().clone()).or(about);

@@ -98,6 +98,7 @@ mod slopes;
 mod socketcan;
 mod sprayer;
 mod sprayer_score;
+mod standard_input;
 mod streams;
 mod studies;
 mod study_parts;

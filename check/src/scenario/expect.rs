@@ -258,7 +258,11 @@ impl Expect {
             Some(Value::String(text)) => (None, Some(text.clone())),
             Some(value) => match value.as_f64() {
                 Some(number) => (Some(number), None),
-                None => return Err(format!("`equals`: expected a number or a text, found {value}")),
+                None => {
+                    // A table's value that is no number of JSON: TOML has these.
+                    let found = if value.is_null() { "nan or inf".to_owned() } else { value.to_string() };
+                    return Err(format!("`equals`: expected a number or a text, found {found}"));
+                }
             },
         };
         if let Some(text) = &equals_text {

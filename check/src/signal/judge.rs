@@ -86,7 +86,7 @@ fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Res
             .chain(course.within(from, due).iter().copied());
         let wrong = wrong.clone().find(|sample| !sample.value.is_some_and(hold));
         return Ok(match wrong {
-            None if due > ended => return Err(past_end(name, due, ended)),
+            None if due > ended => return Err(past_end(name, due, window)),
             None if course.before(from).is_none() && course.within(from, due).is_empty() => {
                 return Err(format!("{name} was not heard in that time: nothing is known of it"));
             }
@@ -120,12 +120,12 @@ fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Res
         )
         .at(due)
         .due(due, *begin),
-        None if ended < due => return Err(past_end(name, due, ended)),
+        None if ended < due => return Err(past_end(name, due, window)),
         None => {
             // It holds still, and nobody knows for how long it would have.
             let is_open = |(begin, end): &&(SimTime, SimTime)| *end == ended && in_time(*begin, due);
             if let Some((begin, _)) = stretches.last().filter(is_open) {
-                return Err(past_end(name, seconds_after(*begin, long.unwrap_or_default()), ended));
+                return Err(past_end(name, seconds_after(*begin, long.unwrap_or_default()), window));
             }
             let last = course.0.last().copied();
             Judged::holds(
@@ -157,7 +157,7 @@ fn comes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
         )
         .at(due)
         .due(due, sample.at),
-        None if window.ended < due => return Err(past_end(name, due, window.ended)),
+        None if window.ended < due => return Err(past_end(name, due, window)),
         None => Judged::holds(false, format!("expected {name} within {within_s} s, heard nothing")).at(due),
     })
 }
@@ -185,7 +185,7 @@ fn changes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
         )
         .at(due)
         .due(due, sample.at),
-        None if ended < due => return Err(past_end(name, due, ended)),
+        None if ended < due => return Err(past_end(name, due, window)),
         None => Judged::holds(false, format!("expected {name} to change, found {} to the end", told(base)))
             .at(due),
     })
@@ -237,7 +237,7 @@ fn silent(expect: &Expect, (name, course, window): Heard<'_>, for_s: Option<f64>
                 .due(from, sample.at)
         }
         None if due > window.ended || from >= window.ended => {
-            return Err(past_end(name, due.max(from), window.ended));
+            return Err(past_end(name, due.max(from), window));
         }
         None => Judged::holds(
             true,
@@ -256,7 +256,7 @@ fn regular((name, course, window): Heard<'_>, every_s: f64, expect: &Expect) -> 
         .and_then(|keys| keys.must.for_s)
         .map_or(window.ended, |seconds| seconds_after(from, seconds));
     if due > window.ended || from >= due {
-        return Err(past_end(name, due.max(from), window.ended));
+        return Err(past_end(name, due.max(from), window));
     }
     let slack_s = expect.bounds.tolerance;
     // A tenth of 0.3 is 0.03, and not 0.030000000000000002.
@@ -352,12 +352,8 @@ fn as_without(
     })
 }
 
-fn past_end(name: &str, due: SimTime, ended: SimTime) -> String {
-    format!(
-        "the run ended at {:.3} s, before {name} was due at {:.3} s; move `end`",
-        ended.as_secs_f64(),
-        due.as_secs_f64()
-    )
+fn past_end(name: &str, due: SimTime, window: Window<'_>) -> String {
+    window.end.before(&format!("{name} was due at {:.3} s", due.as_secs_f64()))
 }
 
 /// Judges the largest share of a bus that was taken in any second.

@@ -141,10 +141,7 @@ fn valves(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result {
     let window = Window::of(expect.after.as_ref(), run)?;
     let (from, due) = (window.from, window.due(expect.within_s.unwrap_or_default()));
     if due > run.ended {
-        return Err(format!(
-            "the run ended at {:.3} s, before `within_s` was over; move `end`",
-            run.ended.as_secs_f64()
-        ));
+        return Err(run.end().before("`within_s` was over"));
     }
     let (from_s, due_s) = (from.as_secs_f64(), due.as_secs_f64());
     // The first instant at which all are so.
@@ -274,7 +271,7 @@ fn rate_error(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result 
                 Settling::NotSettled => f64::INFINITY,
                 // It may have taken any longer time: unknown where that matters.
                 Settling::RunEnded if expect.bounds.hold(at_least_s) != expect.bounds.hold(f64::INFINITY) => {
-                    return Err(unknown("the run ended before the rate had settled; move `end`"));
+                    return Err(unknown(&run.end().before("the rate had settled")));
                 }
                 _ => at_least_s,
             };

@@ -5,6 +5,7 @@ use pcap_parser::pcap::{LegacyPcapBlock, parse_pcap_frame, parse_pcap_frame_be, 
 use pcap_parser::pcapng::{Block, InterfaceDescriptionBlock, parse_block_be, parse_block_le};
 use pcap_parser::traits::PcapNGPacketBlock;
 
+use super::clock_back::{ClockBack, Watch};
 use super::datagrams::Datagrams;
 use super::fragments::{Fragments, Whole};
 use super::segment::{Carried, Datagram, carried};
@@ -27,6 +28,8 @@ pub(super) struct Capture {
     pub(super) began_ns: Option<u64>,
     /// Where it ended too early.
     pub(super) torn: Option<Torn>,
+    /// Where its clock was set back.
+    pub(super) clock_back: Option<ClockBack>,
 }
 
 /// The capture in a file; `None` if it is something else.
@@ -44,6 +47,7 @@ pub(super) fn read(file: &[u8]) -> Option<Capture> {
         datagrams: packets.datagrams,
         began_ns: packets.began_ns,
         torn: torn.err(),
+        clock_back: packets.clock.found(),
     })
 }
 
@@ -55,6 +59,7 @@ struct Packets {
     fragments: Fragments,
     /// Time of the first packet.
     began_ns: Option<u64>,
+    clock: Watch,
 }
 
 /// How an interface captures.
@@ -70,6 +75,8 @@ impl Packets {
         let at_ns = u128::from(time) * 1_000_000_000 / u128::from(interface.units.max(1));
         let at_ns = u64::try_from(at_ns).unwrap_or(u64::MAX);
         self.began_ns.get_or_insert(at_ns);
+        // Simple packets have no time.
+        self.clock.see(Some(at_ns).filter(|at_ns| *at_ns > 0));
         match carried(interface.link, data) {
             Some(Carried::Tcp(segment)) => self.connections.push(&segment, at_ns),
             Some(Carried::Udp(datagram)) => self.datagrams.push(&datagram, at_ns),

@@ -3,6 +3,7 @@
 mod candump;
 mod capture;
 mod carmen;
+mod clock_back;
 mod datagrams;
 mod dump;
 mod format;
@@ -24,6 +25,7 @@ mod words;
 
 use std::io::{self, Cursor, Read};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rowscan_files::Bounded;
 use rowscan_protocol::compact;
@@ -32,6 +34,7 @@ use rowscan_protocol::lms2xx;
 use rowscan_protocol::telegram::Telegram;
 use serde::Serialize;
 
+pub use clock_back::ClockBack;
 pub use format::Format;
 pub use gzip::BrokenArchive;
 pub use soundness::Soundness;
@@ -51,6 +54,9 @@ const MOST_BYTES_WHOLE: u64 = 512 * 1024 * 1024;
 
 /// Most lines of a text: each is a packet of its own, and takes more memory than its bytes.
 const MOST_LINES: usize = 5_000_000;
+
+/// What stands for standard input; a file of that name is `./-`.
+const STDIN: &str = "-";
 
 /// What text in UTF-8 may begin with.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
@@ -80,6 +86,11 @@ pub enum ReadError {
     /// The system refused.
     #[error("{0}")]
     Io(#[source] io::Error),
+    /// Standard input, a second time.
+    #[error(
+        "standard input can be read once, and this needs it twice: write it to a file first, and name that"
+    )]
+    StdinTwice,
     /// A gzip archive that cannot be unpacked to its end.
     #[error("{0}")]
     Archive(BrokenArchive),
@@ -187,6 +198,7 @@ pub struct Recording {
     streams: Vec<StreamInfo>,
     began_ns: Option<u64>,
     torn: Option<Torn>,
+    clock_back: Option<ClockBack>,
     packets: Packets,
     watch: soundness::Watch,
 }
@@ -206,7 +218,7 @@ impl std::fmt::Debug for Recording {
 }
 
 impl Recording {
-    /// Opens a file and recognises its format.
+    /// Opens a file and recognises its format; `-` is standard input, which is read once.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         Self::open_apart(path, &[])
     }
@@ -214,7 +226,11 @@ impl Recording {
     /// The same; of a capture, the connections of these names (see [`StreamInfo::connections`]) are streams of their own, and no part of
     /// the streams they belong to. Other names are passed over.
     pub fn open_apart(path: &Path, connections: &[&str]) -> Result<Self, ReadError> {
-        Self::read_apart(Box::new(rowscan_files::open(path)?), connections)
+        let input: Box<dyn Read + Send> = match path == Path::new(STDIN) {
+            true => Box::new(stdin_once()?),
+            false => Box::new(rowscan_files::open(path)?),
+        };
+        Self::read_apart(input, connections)
     }
 
     /// Reads a recording from any bytes; never panics, whatever they are.
@@ -247,6 +263,7 @@ impl Recording {
             streams: Vec::new(),
             began_ns: None,
             torn: None,
+            clock_back: None,
             packets: Packets::Listed(Vec::new().into_iter()),
             watch: soundness::Watch::default(),
         };
@@ -263,6 +280,7 @@ impl Recording {
                 drop(bytes);
                 recording.began_ns = capture.began_ns;
                 recording.torn = capture.torn;
+                recording.clock_back = capture.clock_back;
                 let (mut packets, mut streams) = sides::packets(capture.connections, connections);
                 capture.datagrams.join(&mut packets, &mut streams);
                 recording.streams = streams;
@@ -365,6 +383,11 @@ impl Recording {
         }
     }
 
+    /// Where the clock of a capture was set back; none of other files.
+    pub fn clock_back(&self) -> Option<ClockBack> {
+        self.clock_back
+    }
+
     /// How much of what was read so far can be read as telegrams.
     pub fn soundness(&self) -> Soundness {
         self.watch.found()
@@ -396,6 +419,15 @@ impl Recording {
             None => self.watch.end(),
         }
         Ok(packet)
+    }
+}
+
+/// Standard input, of which a second reader would get what the first one has left.
+fn stdin_once() -> Result<io::Stdin, ReadError> {
+    static TAKEN: AtomicBool = AtomicBool::new(false);
+    match TAKEN.swap(true, Ordering::Relaxed) {
+        true => Err(ReadError::StdinTwice),
+        false => Ok(io::stdin()),
     }
 }
 
