@@ -64,6 +64,39 @@ fn a_recorded_scanner_is_read_as_the_model_that_it_said_it_is() {
     }
 }
 
+/// Scans behind a reply to DeviceIdent, in bytes, which name no model otherwise.
+#[test]
+fn what_a_scanner_called_itself_in_the_file_is_held_against_the_model() {
+    let (folder, file) = folder();
+    let rig = file("row.toml");
+    let path = folder.path().join("one.bin");
+    for (name, model, is_told) in [
+        ("LMS511", "lms111", true),
+        ("LMS511", "lms511", false),
+        ("LMS10x_FieldEval", "lms511", true),
+        ("LMS10x_FieldEval", "lms111", false),
+        ("Somebody", "lms111", false),
+    ] {
+        let mut bytes = format!("\x02sRA DeviceIdent {:X} {name} 5 V1.80\x03", name.len());
+        for n in 1..20 {
+            let t = n * 20_000;
+            bytes += &format!(
+                "\x02sSN LMDscandata 1 1 A1B2C3 0 0 {n:X} {n:X} {t:X} {t:X} 0 0 0 0 0 1388 168 0 1 DIST1 3F800000 00000000 FFF92230 1388 21D{} 0 0 0 0 0 0\x03",
+                " 7D0".repeat(541)
+            );
+        }
+        std::fs::write(&path, bytes).expect("it is written");
+        let path = path.to_str().expect("UTF-8");
+        let (told, _) = estimated(path, &["--rig", &rig, "--model", model]);
+        assert_eq!(warning(&told, "other_model").is_some(), is_told, "{name} as {model}: {told}");
+        if model == "lms111" {
+            // The rig's model, where none is asked for.
+            let exported = run(&["export", path, "--rig", &rig, "--to", "csv", "-o", "-"]);
+            assert_eq!(exported.stderr.contains("other_model"), is_told, "{name}: {}", exported.stderr);
+        }
+    }
+}
+
 /// A recording of these streams, whose scans have so many beams, in the order in which they came.
 fn streams(path: &str, order: &[(&str, usize)]) {
     let mut writer = McapWriter::new(Cursor::new(Vec::new()), &About::default(), Decoded::default())

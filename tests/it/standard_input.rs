@@ -37,7 +37,7 @@ fn every_command_that_reads_a_recording_once_reads_standard_input() {
     for (args, expected) in [
         (&["estimate", "-"][..], "points a scan         181"),
         (&["export", "-", "--to", "csv", "-o", "-"], "x_m,y_m"),
-        (&["record", "--info", "-"], "lms111"),
+        (&["record", "--info", "-"], "50.000"),
         (&["decode", "-"], "LMDscandata"),
         (&["record", "-", "-o", text(&output)], ""),
     ] {

@@ -406,6 +406,10 @@ fn mistakes_are_told_with_line_and_remedy() {
             ":1: `abs_below`: expected a number above 0, found 0",
         ),
         (
+            "[[expect]]\nwhat = \"scans_lost\"\nequals = nan\n",
+            ":1: `equals`: expected a number or a text, found nan or inf",
+        ),
+        (
             "[[expect]]\nwhat = \"scans_lost\"\nequals = \"devise\"\n",
             ":1: `equals`: expected a number or \"device\", found \"devise\"",
         ),
