@@ -8,7 +8,7 @@ use can_dbc::{
 };
 use rowscan_settings::suggestion;
 
-use crate::field::{Address, Bits, Field, Kind};
+use crate::field::{Address, Bits, Field, Kind, largest_raw};
 use crate::frame::{CanId, J1939Id};
 
 /// The messages of a DBC file.
@@ -158,6 +158,7 @@ impl Database {
             .iter()
             .map(|value| (*value.a() * signal.factor() + signal.offset(), value.b().clone()));
         let address = self.address(*found.message_id());
+        let knows_missing = matches!(address, Address::Group(_)) && !is_float;
         Ok(Field {
             address,
             bits,
@@ -165,8 +166,13 @@ impl Database {
             offset: *signal.offset(),
             kind,
             only_if,
-            knows_missing: matches!(address, Address::Group(_)) && !is_float,
-            largest_raw: None,
+            knows_missing,
+            largest_raw: largest_raw(bits.size).filter(|raw| {
+                // A file that lets a number reach farther uses all of its codes.
+                let largest = *raw as f64 * signal.factor() + signal.offset();
+                let is_largest = (signal.max() - largest).abs() < signal.factor().abs() / 2.0;
+                knows_missing && kind == Kind::Unsigned && is_largest
+            }),
             names: names.collect(),
             unit: signal.unit().clone(),
         })
@@ -293,6 +299,26 @@ mod tests {
         // To the last bit.
         let last = Database::read(&TEXT.replace("4|12@1+", "52|12@1+")).expect("a DBC file");
         assert!(last.field("Plain.Low").is_ok());
+    }
+
+    /// J1939 keeps the codes above 250, and those of wider numbers like them, for errors: they are no values in our table, whoever reads it.
+    #[test]
+    fn codes_above_the_largest_value_are_none() {
+        let database = Database::read(&crate::dbc()).expect("ours");
+        let mut looked_at = 0;
+        for message in crate::pgn::MESSAGES.iter().filter(|message| message.len <= 8) {
+            for signal in message.signals.iter().filter(|signal| !signal.signed && signal.bits == 8) {
+                let name = format!("{}.{}", message.name, signal.name);
+                let fields = [Field::of_ours(message.name, signal.name), database.field(&name).ok()];
+                for field in fields.map(|field| field.expect(&name)) {
+                    let known: Vec<u8> =
+                        (249..=255).filter(|code| field.value(&[*code; 8]).is_some()).collect();
+                    assert_eq!(known, [249, 250], "{name}");
+                    looked_at += 1;
+                }
+            }
+        }
+        assert!(looked_at > 20, "{looked_at}");
     }
 
     #[test]

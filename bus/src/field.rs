@@ -35,11 +35,21 @@ pub struct Field {
     pub(crate) only_if: Option<(Bits, u64)>,
     /// The largest raw value says that there is none, as J1939 and NMEA 2000 have it.
     pub(crate) knows_missing: bool,
-    /// Larger raw values say that there is an error, or are kept for other uses: of messages of ours.
+    /// Larger raw values say that there is an error, or are kept for other uses, as J1939 has it.
     pub(crate) largest_raw: Option<u64>,
     pub(crate) names: Vec<(f64, String)>,
     /// Its unit, empty where it has none.
     pub unit: String,
+}
+
+/// The largest raw value of an unsigned number of so many bits that is a value in J1939; none of other widths.
+pub(crate) fn largest_raw(bits: u64) -> Option<u64> {
+    match bits {
+        8 => Some(0xFA),
+        16 => Some(0xFAFF),
+        32 => Some(0xFAFF_FFFF),
+        _ => None,
+    }
 }
 
 /// Bits of a message.
@@ -123,7 +133,7 @@ impl Field {
             kind: if signal.signed { Kind::Signed } else { Kind::Unsigned },
             only_if: None,
             knows_missing: true,
-            largest_raw: (!signal.signed).then(|| u64::try_from(signal.raw_max()).unwrap_or(u64::MAX)),
+            largest_raw: largest_raw(signal.bits.into()).filter(|_| !signal.signed),
             names: signal.names.iter().map(|(raw, name)| (value(*raw), (*name).to_owned())).collect(),
             unit: signal.unit.to_owned(),
         })

@@ -156,7 +156,7 @@ fn what_a_serial_scanner_sends_into_a_cut_line_is_lost() {
     let ended = check("", none);
     assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
     for (name, more) in [("half_open", ""), ("drop", ", p = 1.0")] {
-        let fault = format!("{{ name = \"{name}\", on = \"d\", at = {{ s = 1.5 }}{more} }}");
+        let fault = format!("{{ name = \"{name}\", on = \"d\", at = {{ row_m = 1 }}{more} }}");
         let ended = check(&fault, none);
         assert_eq!(ended.code, Some(1), "{name}: {}{}", ended.stdout, ended.stderr);
         assert_says(&ended.stdout, &["FAILED  1. scans_lost: 0"]);

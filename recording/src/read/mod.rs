@@ -422,7 +422,7 @@ impl Recording {
     }
 }
 
-/// Standard input, of which a second reader would get what the first one has left.
+/// Standard input, of which a second reader would get what the first one has left: there is one a process, and so there is one mark of it.
 fn stdin_once() -> Result<io::Stdin, ReadError> {
     static TAKEN: AtomicBool = AtomicBool::new(false);
     match TAKEN.swap(true, Ordering::Relaxed) {
