@@ -2,7 +2,7 @@
 //!
 //! Past a canopy scans differ the more, the farther they are apart along the row, up to where nothing of one is in the other. Each scan is compared with
 //! the one [`LAG`] scans before: a pair is described by the share of its beams whose range changed by more than [`CHANGED_M`], of those that met
-//! something in one of both, and by how far it is apart by the encoder. Pairs that it counts no farther apart than neighbours are elsewhere, and that
+//! something in one of both, and by how far it is apart by the encoder. ChangedPairs that it counts no farther apart than neighbours are elsewhere, and that
 //! differ nearly as much as those a whole lag apart, refute it: it has stuck there, or misses most of its ticks. Leaves in the wind swing back: of one place,
 //! a scan is like one of the last [`ANCHORS`] lags, and of several like none. Past what looks the same everywhere (bare ground, a wall) nothing changes
 //! anywhere: then nothing is known, and nothing is said.
@@ -15,6 +15,7 @@ use std::ops::RangeInclusive;
 
 use rowscan_protocol::angle::BeamGrid;
 
+use crate::changed_pairs::ChangedPairs;
 use crate::speeds::Speeds;
 use crate::warning::Warning;
 
@@ -26,8 +27,12 @@ const LAG: usize = 10;
 const ANCHORS: usize = 9;
 /// So near by the encoder, in lags at the rig's speed, scans may be of one place.
 const NEAR_LAGS: f64 = 0.5;
-/// Of a way that comes back, a scan is compared with one from before that is so near, in lags; it stands for the [`LAG`] scans of which one is kept.
+/// So many of those tell whether a scan is like one of them: a stop that is shorter than they are far back tells nothing.
+const LEAST_ANCHORS: usize = 2;
+/// Of a way that comes back, a scan is compared with one from before that is so near, in lags.
 const SAME_PLACE_LAGS: f64 = 0.05;
+/// Where such scans differ by so much of what a lag changes there, on average, they are of other places: 0.7 at most where leaves swing in 6 m/s.
+const OTHER_PLACE: f64 = 0.75;
 /// How much of the latest pair counts in what a lag changes just there.
 const LATEST: f64 = 0.1;
 /// A speed is that of so much time, seconds: an encoder that sticks for a tenth of a second each fifth one has half the speed.
@@ -36,7 +41,7 @@ const SPEED_S: f64 = 0.5;
 const PAUSE_S: f64 = 0.35;
 /// Beams of a pair that must have met something.
 const LEAST_BEAMS: u32 = 30;
-/// Pairs that a share is told of.
+/// ChangedPairs that a share is told of.
 const LEAST_PAIRS: u32 = 5;
 /// Share of beams that must change while it counts, for scans to tell anything.
 const LEAST_SHARE: f64 = 0.05;
@@ -71,57 +76,6 @@ pub(crate) struct Counted {
     pub(crate) travel_s: f64,
 }
 
-/// Distances of pairs that are told apart: none at all, then each √2 times the one before, in lags.
-const DISTANCES: usize = 30;
-/// The shortest that is told from none, in lags at the rig's speed.
-const SHORTEST: f64 = 1.0 / 1024.0;
-/// Shares that are told apart.
-const SHARES: usize = 25;
-
-/// Pairs by their distance and by the share of their beams that changed.
-#[derive(Clone, Debug)]
-struct Pairs([[u32; SHARES]; DISTANCES]);
-
-impl Default for Pairs {
-    fn default() -> Self {
-        Self([[0; SHARES]; DISTANCES])
-    }
-}
-
-impl Pairs {
-    fn add(&mut self, lags: f64, share: f64, pairs: u32) {
-        let distance = match lags {
-            lags if lags > 0.0 => 1 + ((lags / SHORTEST).log2() * 2.0).max(0.0) as usize,
-            _ => 0,
-        };
-        let share = ((share * SHARES as f64) as usize).min(SHARES - 1);
-        let row = self.0.get_mut(distance.min(DISTANCES - 1));
-        row.and_then(|row| row.get_mut(share)).into_iter().for_each(|counted| *counted += pairs);
-    }
-
-    /// Those from one distance to another, in lags: the middle of each share, and how many pairs have it.
-    fn between(&self, least: f64, most: f64) -> impl Iterator<Item = (f64, u32)> + '_ {
-        // By the far end of a distance's range: what may lie beyond is none of those.
-        let farthest = |distance: usize| match distance {
-            0 => 0.0,
-            _ => SHORTEST * (distance as f64 / 2.0).exp2(),
-        };
-        let rows = self.0.iter().enumerate();
-        let within = rows.filter(move |(distance, _)| (least..=most).contains(&farthest(*distance)));
-        let share = |place: usize| (place as f64 + 0.5) / SHARES as f64;
-        within.flat_map(move |(_, row)| {
-            row.iter().enumerate().map(move |(place, pairs)| (share(place), *pairs))
-        })
-    }
-
-    /// How many they are, and the mean of their shares.
-    fn mean(found: impl Iterator<Item = (f64, u32)>) -> (u32, f64) {
-        let (pairs, sum) =
-            found.fold((0, 0.0), |(all, sum), (share, pairs)| (all + pairs, sum + share * f64::from(pairs)));
-        (pairs, sum / f64::from(pairs.max(1)))
-    }
-}
-
 /// A scan that others are compared with.
 #[derive(Clone, Debug)]
 struct Kept {
@@ -152,12 +106,16 @@ pub(crate) struct EncoderWitness {
     /// The latest scan, seconds of travel; and its way so far by the encoder, metres.
     latest_s: f64,
     way_m: f64,
-    pairs: Pairs,
+    pairs: ChangedPairs,
     /// Of one place by the encoder: by what changed over what a lag changes there.
-    at_place: Pairs,
+    at_place: ChangedPairs,
     /// What a lag changed on average lately, and ever: Σ and count.
     lately: Option<f64>,
     ever: (f64, f64),
+    /// Where the way comes back: Σ of what changed over what a lag changes there, and pairs; the farthest place, metres, and scans well before it.
+    again: (f64, u32),
+    farthest_m: f64,
+    behind: u64,
     /// Σ way between neighbours, and of that times the share that changed.
     neighbours: (f64, f64),
 }
@@ -194,10 +152,13 @@ impl EncoderWitness {
             speeds: Speeds::default(),
             latest_s: 0.0,
             way_m: 0.0,
-            pairs: Pairs::default(),
-            at_place: Pairs::default(),
+            pairs: ChangedPairs::default(),
+            at_place: ChangedPairs::default(),
             lately: None,
             ever: (0.0, 0.0),
+            again: (0.0, 0),
+            farthest_m: f64::NEG_INFINITY,
+            behind: 0,
             neighbours: (0.0, 0.0),
         }
     }
@@ -241,22 +202,24 @@ impl EncoderWitness {
                 let lag_m = LAG as f64 * line_m;
                 let lags = |kept: &Kept| (at.y_m - kept.at.y_m).abs() / lag_m;
                 let is_near = |kept: &Kept| lags(kept) < NEAR_LAGS;
+                let lags_now = lags(&oldest);
                 if is_near(&oldest) {
                     let least = self.least_changed(share, range_m, is_near);
-                    self.add_at_place(lags(&oldest), least, 1);
+                    least.into_iter().for_each(|least| self.add_at_place(lags_now, least));
                 } else {
-                    self.pairs.add(lags(&oldest), share, 1);
-                    // It may have been here before.
+                    self.pairs.add(lags_now, share);
                     let here = |kept: &&Kept| lags(kept) < SAME_PLACE_LAGS;
                     let again =
                         self.anchors.iter().find(here).and_then(|kept| changed(&kept.range_m, range_m));
-                    if let Some(share) = again {
-                        self.add_at_place(0.0, share, LAG as u32);
+                    if let Some(of_a_lag) = again.and_then(|share| self.of_a_lag(share)) {
+                        self.again = (self.again.0 + of_a_lag, self.again.1 + 1);
                     }
                     self.lately =
                         Some(self.lately.map_or(share, |before| before + LATEST * (share - before)));
                     self.ever = (self.ever.0 + share, self.ever.1 + 1.0);
                 }
+                self.farthest_m = self.farthest_m.max(at.y_m);
+                self.behind += u64::from(self.farthest_m - at.y_m > NEAR_LAGS * lag_m);
             }
             room = self.anchor(oldest);
         }
@@ -286,23 +249,26 @@ impl EncoderWitness {
         self.speeds.add(way_m, seconds);
     }
 
-    /// Adds a pair of one place by the encoder: where trees are dense, their leaves in the wind change more than the row does on average.
-    fn add_at_place(&mut self, lags: f64, share: f64, pairs: u32) {
-        match self.lately {
-            Some(lately) => {
-                let a_lag = lately.max(self.ever.0 / self.ever.1);
-                let of_a_lag = if a_lag > 0.0 { share / a_lag } else { 0.0 };
-                self.at_place.add(lags, of_a_lag.min(1.0), pairs);
-            }
-            // Before it ever counted.
-            None => self.pairs.add(lags, share, pairs),
+    /// What changed over what a lag changes just there, 1 at most: where trees are dense, leaves in the wind change more than the row does on average. `None`
+    /// before it ever counted.
+    fn of_a_lag(&self, share: f64) -> Option<f64> {
+        let a_lag = self.lately?.max(self.ever.0 / self.ever.1);
+        Some(if a_lag > 0.0 { (share / a_lag).min(1.0) } else { 0.0 })
+    }
+
+    /// Adds a pair of one place by the encoder.
+    fn add_at_place(&mut self, lags: f64, share: f64) {
+        match self.of_a_lag(share) {
+            Some(of_a_lag) => self.at_place.add(lags, of_a_lag),
+            None => self.pairs.add(lags, share),
         }
     }
 
-    /// How much changed since the scan of this place that is most like it: a lag before, or more.
-    fn least_changed(&self, since_lag: f64, range_m: &[f64], is_near: impl Fn(&Kept) -> bool) -> f64 {
-        let near = self.anchors.iter().rev().take_while(|kept| is_near(kept));
-        near.filter_map(|kept| changed(&kept.range_m, range_m)).fold(since_lag, f64::min)
+    /// How much changed since the scan of this place that is most like it, a lag before or more; `None` where these are few.
+    fn least_changed(&self, since_lag: f64, range_m: &[f64], is_near: impl Fn(&Kept) -> bool) -> Option<f64> {
+        let near = || self.anchors.iter().rev().take_while(|kept| is_near(kept));
+        let least = near().filter_map(|kept| changed(&kept.range_m, range_m)).fold(since_lag, f64::min);
+        (near().count() >= LEAST_ANCHORS).then_some(least)
     }
 
     /// Keeps each [`LAG`]th of the scans a lag back; the room of one that is not needed any more.
@@ -321,7 +287,7 @@ impl EncoderWitness {
     pub(crate) fn stuck(&self) -> u64 {
         let Some(speed_m_s) = self.speeds.median_m_s() else { return 0 };
         let typical = speed_m_s / self.rig_m_s;
-        let (pairs, far) = Pairs::mean(self.pairs.between(typical / 2.0, f64::INFINITY));
+        let (pairs, far) = ChangedPairs::mean(self.pairs.between(typical / 2.0, f64::INFINITY));
         if pairs < LEAST_PAIRS || far < LEAST_SHARE {
             return 0;
         }
@@ -332,16 +298,20 @@ impl EncoderWitness {
         } else {
             (0.0, BORDER_OF_STAND * far)
         };
-        let beyond = |pairs: &Pairs, border: f64| -> u64 {
+        let beyond = |pairs: &ChangedPairs, border: f64| -> u64 {
             let at_one_place = pairs.between(0.0, most);
             at_one_place.filter(|(share, _)| *share > border).map(|(_, pairs)| u64::from(pairs)).sum()
         };
-        beyond(&self.pairs, border) + beyond(&self.at_place, border / far)
+        // A way that comes back over other places goes on.
+        let (sum, again) = self.again;
+        let is_other = again >= LEAST_PAIRS && sum > OTHER_PLACE * f64::from(again);
+        let behind = if is_other { self.behind } else { 0 };
+        beyond(&self.pairs, border) + beyond(&self.at_place, border / far) + behind
     }
 
     /// True where the picture stood still while the encoder counted nothing: the tractor stands, or drives along what looks the same everywhere.
     pub(crate) fn stands(&self) -> bool {
-        let (pairs, share) = Pairs::mean(self.pairs.between(0.0, 0.0));
+        let (pairs, share) = ChangedPairs::mean(self.pairs.between(0.0, 0.0));
         self.way_m == 0.0 && pairs >= LEAST_PAIRS && share < STILL
     }
 
@@ -525,6 +495,15 @@ mod tests {
             assert!(swapped.is_stuck(scans), "{ticks_per_m}: {}", swapped.stuck());
             let (backs_up, scans) = drive(14.0, past_canopy, back, back, ticks_per_m);
             assert_eq!(backs_up.doubts(scans), [None, None], "{ticks_per_m}: {}", backs_up.stuck());
+            // Again and again, among leaves that swing.
+            let shunts = |s: f64| (s / 4.0).floor() + (s % 4.0).min(2.5) - (s % 4.0 - 2.5).max(0.0);
+            let scan = std::cell::Cell::new(0_u32);
+            let in_gusts = |y_m: f64| {
+                scan.set(scan.get() + 1);
+                past_canopy(y_m + 0.02 * (f64::from(scan.get()) / 50.0 * std::f64::consts::TAU / 0.7).sin())
+            };
+            let (shunted, scans) = drive(40.0, in_gusts, shunts, shunts, ticks_per_m);
+            assert!(!shunted.is_stuck(scans), "{ticks_per_m}: {} of {scans}", shunted.stuck());
         }
     }
 

@@ -51,6 +51,7 @@ mod by_height;
 mod by_range;
 pub mod calibration;
 mod card_law;
+mod changed_pairs;
 mod class;
 mod closing;
 mod clumping;

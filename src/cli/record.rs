@@ -101,6 +101,10 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     }
     let Some(output) = &args.output else { return Ok(Outcome::Done) };
     if let [Named { it: Source::Recording { path, stream }, .. }] = args.sources.as_slice() {
+        if args.scans.is_some() || args.seconds.is_some() {
+            let why = "--scans and --seconds end what is recorded from live scanners; a recording is converted whole: leave them out";
+            return Err(Failure::Usage(why.to_owned()));
+        }
         let (path, stream, output, decoded) = (path.clone(), stream.clone(), output.clone(), args.decoded);
         let work = move || repair::convert(&path, stream.as_deref(), &output, about, decoded);
         return interrupt.finite(off_runtime("convert the recording", work)).await;

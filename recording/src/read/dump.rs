@@ -115,7 +115,20 @@ impl<'a> Row<'a> {
         let barred = [('|', '|'), ('>', '<')].into_iter().any(|(open, close)| {
             self.rest.ends_with(close) && self.rest.find(open).is_some_and(|at| at + 1 < self.rest.len())
         });
-        (self.colon || barred) && words(data).next().is_some() && hex_line(data).is_ok()
+        (self.colon || barred || self.leads()) && words(data).next().is_some() && hex_line(data).is_ok()
+    }
+
+    /// Whether its first word leads the others: it is 0, a gap stands behind it, and bytes of two digits each.
+    fn leads(self) -> bool {
+        let data = self.rest.split_at_checked(self.gap()).map_or("", |(data, _)| data);
+        self.address(16) == Some(0) && self.rest.starts_with("  ") && words(data).all(|word| word.len() == 2)
+    }
+
+    /// Where three blanks stand behind its first bytes: `hexdump -C` has two in the middle of a line.
+    fn gap(self) -> usize {
+        let lead = self.rest.len() - self.rest.trim_start().len();
+        let gap = self.rest.get(lead..).and_then(|rest| rest.find("   "));
+        gap.map_or(self.rest.len(), |at| lead + at)
     }
 
     /// Where its data end by marks alone: before a bar, or behind a colon before two blanks.
@@ -123,7 +136,7 @@ impl<'a> Row<'a> {
         let lead = self.rest.len() - self.rest.trim_start().len();
         let end = match self.colon {
             true => self.rest.get(lead..).and_then(|rest| rest.find("  ")).map(|at| lead + at),
-            false => self.rest.find(['|', '>']),
+            false => self.rest.find(['|', '>']).or_else(|| self.leads().then(|| self.gap())),
         };
         end.unwrap_or(self.rest.len())
     }
@@ -153,8 +166,14 @@ impl<'a> Row<'a> {
         found.map_err(|found| ReadError::NotHex { line: self.number, found })
     }
 
+    /// Its data: what the first line's width holds, and of a longer line what goes on behind it without a gap, which text beside has.
     fn data(self, width: usize) -> &'a str {
-        let data = self.rest.get(..width).unwrap_or(self.rest);
+        let beyond = self.rest.get(width..).unwrap_or_default();
+        let more = match beyond.trim_start_matches(' ').starts_with(['|', '>']) {
+            true => 0,
+            false => beyond.find("  ").unwrap_or(beyond.len()),
+        };
+        let data = self.rest.get(..width + more).unwrap_or(self.rest);
         data.split([';', '#']).next().unwrap_or_default()
     }
 
@@ -383,6 +402,27 @@ mod tests {
             // Two of them behind one another begin anew.
             assert_eq!(read(&text.repeat(2)), Ok(Some(vec![sample(); 2])), "{program} twice");
         }
+    }
+
+    /// Dumps of a telegram a line, joined by hand: each line has its own length.
+    #[test]
+    fn lines_of_other_lengths_lose_nothing() {
+        let s = "02 73 52 4e 20 53 54 6c 6d 73 03";
+        let bytes = b"\x02sRN STlms\x03";
+        for (text, telegrams) in [
+            (format!("0000 {s}\n000b {s}\n0016 {s} {s}\n"), 4),
+            (format!("0000 {s}\n000b {s} {s}\n0021 {s}\n"), 4),
+            (format!("00000000: {s}\n0000000b: {s} {s}\n"), 3),
+            (format!("0000   {s} {s}\n0016   {s}\n0021   {s} {s} {s}\n"), 6),
+            (format!("0000   {s}\n"), 1),
+            (format!("00000000  {s}\n"), 1),
+            (format!("0000   {s}                  .sRN STlms.\n"), 1),
+        ] {
+            assert_eq!(read(&text), Ok(Some(vec![bytes.repeat(telegrams)])), "{text}");
+        }
+        let two =
+            format!("0000   {s}                  .sRN STlms.\n\n0000   {s}                  .sRN STlms.\n");
+        assert_eq!(read(&two), Ok(Some(vec![bytes.to_vec(); 2])), "{two}");
     }
 
     #[test]
