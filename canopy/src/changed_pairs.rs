@@ -7,7 +7,7 @@ const SHORTEST: f64 = 1.0 / 1024.0;
 /// Shares that are told apart.
 const SHARES: usize = 25;
 
-/// ChangedPairs by their distance and by the share of their beams that changed.
+/// Pairs by their distance and by the share of their beams that changed.
 #[derive(Clone, Debug)]
 pub(crate) struct ChangedPairs([[u32; SHARES]; DISTANCES]);
 

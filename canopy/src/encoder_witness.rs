@@ -2,7 +2,7 @@
 //!
 //! Past a canopy scans differ the more, the farther they are apart along the row, up to where nothing of one is in the other. Each scan is compared with
 //! the one [`LAG`] scans before: a pair is described by the share of its beams whose range changed by more than [`CHANGED_M`], of those that met
-//! something in one of both, and by how far it is apart by the encoder. ChangedPairs that it counts no farther apart than neighbours are elsewhere, and that
+//! something in one of both, and by how far it is apart by the encoder. Pairs that it counts no farther apart than neighbours are elsewhere, and that
 //! differ nearly as much as those a whole lag apart, refute it: it has stuck there, or misses most of its ticks. Leaves in the wind swing back: of one place,
 //! a scan is like one of the last [`ANCHORS`] lags, and of several like none. Past what looks the same everywhere (bare ground, a wall) nothing changes
 //! anywhere: then nothing is known, and nothing is said.
@@ -27,8 +27,8 @@ const LAG: usize = 10;
 const ANCHORS: usize = 9;
 /// So near by the encoder, in lags at the rig's speed, scans may be of one place.
 const NEAR_LAGS: f64 = 0.5;
-/// So many of those tell whether a scan is like one of them: a stop that is shorter than they are far back tells nothing.
-const LEAST_ANCHORS: usize = 2;
+/// So many of those must be there to tell whether a scan is like one of them: a stop that is over before says nothing.
+const LEAST_ANCHORS: usize = 1;
 /// Of a way that comes back, a scan is compared with one from before that is so near, in lags.
 const SAME_PLACE_LAGS: f64 = 0.05;
 /// Where such scans differ by so much of what a lag changes there, on average, they are of other places: 0.7 at most where leaves swing in 6 m/s.
@@ -41,7 +41,7 @@ const SPEED_S: f64 = 0.5;
 const PAUSE_S: f64 = 0.35;
 /// Beams of a pair that must have met something.
 const LEAST_BEAMS: u32 = 30;
-/// ChangedPairs that a share is told of.
+/// Pairs that a share is told of.
 const LEAST_PAIRS: u32 = 5;
 /// Share of beams that must change while it counts, for scans to tell anything.
 const LEAST_SHARE: f64 = 0.05;
