@@ -27,18 +27,12 @@ const LAG: usize = 10;
 const ANCHORS: usize = 9;
 /// So near by the encoder, in lags at the rig's speed, scans may be of one place.
 const NEAR_LAGS: f64 = 0.5;
-/// So many of those must be there to tell whether a scan is like one of them: a stop that is over before says nothing.
-const LEAST_ANCHORS: usize = 1;
 /// Of a way that comes back, a scan is compared with one from before that is so near, in lags.
 const SAME_PLACE_LAGS: f64 = 0.05;
 /// Where such scans differ by so much of what a lag changes there, on average, they are of other places: 0.7 at most where leaves swing in 6 m/s.
 const OTHER_PLACE: f64 = 0.75;
 /// How much of the latest pair counts in what a lag changes just there.
 const LATEST: f64 = 0.1;
-/// A speed is that of so much time, seconds: an encoder that sticks for a tenth of a second each fifth one has half the speed.
-const SPEED_S: f64 = 0.5;
-/// Without a tick for so long, the tractor may stand, seconds: a speed is told of what lies before.
-const PAUSE_S: f64 = 0.35;
 /// Beams of a pair that must have met something.
 const LEAST_BEAMS: u32 = 30;
 /// Pairs that a share is told of.
@@ -96,11 +90,8 @@ pub(crate) struct EncoderWitness {
     anchors: VecDeque<Kept>,
     since_anchor: usize,
     ticks: Option<u32>,
-    /// Where it counted last, metres.
-    counted_m: Option<f64>,
-    /// When it counted last, seconds of travel; and the time and way so far that a speed is told of, seconds and metres.
-    counted_s: Option<f64>,
-    timed: (f64, f64),
+    /// When and where it counted last.
+    counted: Option<Counted>,
     /// The way at each speed.
     speeds: Speeds,
     /// The latest scan, seconds of travel; and its way so far by the encoder, metres.
@@ -146,9 +137,7 @@ impl EncoderWitness {
             anchors: VecDeque::new(),
             since_anchor: 0,
             ticks: None,
-            counted_m: None,
-            counted_s: None,
-            timed: (0.0, 0.0),
+            counted: None,
             speeds: Speeds::default(),
             latest_s: 0.0,
             way_m: 0.0,
@@ -170,11 +159,12 @@ impl EncoderWitness {
 
     /// Takes a scan whose encoder had counted so far, at this place and time; at the rig's speed lines are `line_m` apart.
     pub(crate) fn observe(&mut self, ticks: u32, at: Counted, line_m: f64, grid: BeamGrid, range_m: &[f64]) {
-        if self.ticks != Some(ticks) {
-            let way_m = self.counted_m.map_or(0.0, |before_m| (at.y_m - before_m).abs());
+        if self.ticks != Some(ticks)
+            && let Some(before) = self.counted.replace(at)
+        {
+            let way_m = (at.y_m - before.y_m).abs();
             self.way_m += way_m;
-            self.counted_m = Some(at.y_m);
-            self.time(at.travel_s, way_m);
+            self.speeds.count(way_m, at.travel_s - before.travel_s);
         }
         (self.ticks, self.latest_s) = (Some(ticks), at.travel_s);
         if self.tick_m > COARSEST_LINES * line_m {
@@ -228,27 +218,6 @@ impl EncoderWitness {
         self.kept.push_back(Kept { at, range_m: room });
     }
 
-    /// Adds a count to the speeds: so much way since the one before.
-    fn time(&mut self, at_s: f64, way_m: f64) {
-        let Some(before_s) = self.counted_s.replace(at_s) else { return };
-        let seconds = at_s - before_s;
-        if seconds > PAUSE_S {
-            self.tell_speed();
-            self.speeds.add(way_m, seconds);
-            return;
-        }
-        self.timed = (self.timed.0 + seconds, self.timed.1 + way_m);
-        if self.timed.0 >= SPEED_S {
-            self.tell_speed();
-        }
-    }
-
-    /// Adds the speed so far.
-    fn tell_speed(&mut self) {
-        let (seconds, way_m) = std::mem::take(&mut self.timed);
-        self.speeds.add(way_m, seconds);
-    }
-
     /// What changed over what a lag changes just there, 1 at most: where trees are dense, leaves in the wind change more than the row does on average. `None`
     /// before it ever counted.
     fn of_a_lag(&self, share: f64) -> Option<f64> {
@@ -264,11 +233,12 @@ impl EncoderWitness {
         }
     }
 
-    /// How much changed since the scan of this place that is most like it, a lag before or more; `None` where these are few.
+    /// How much changed since the scan of this place that is most like it, a lag before or more; `None` where there is none but that a lag before: a stop that
+    /// is over by then tells nothing.
     fn least_changed(&self, since_lag: f64, range_m: &[f64], is_near: impl Fn(&Kept) -> bool) -> Option<f64> {
-        let near = || self.anchors.iter().rev().take_while(|kept| is_near(kept));
-        let least = near().filter_map(|kept| changed(&kept.range_m, range_m)).fold(since_lag, f64::min);
-        (near().count() >= LEAST_ANCHORS).then_some(least)
+        let mut near = self.anchors.iter().rev().take_while(|kept| is_near(kept)).peekable();
+        near.peek()?;
+        Some(near.filter_map(|kept| changed(&kept.range_m, range_m)).fold(since_lag, f64::min))
     }
 
     /// Keeps each [`LAG`]th of the scans a lag back; the room of one that is not needed any more.

@@ -395,11 +395,12 @@ fn row(
     }
 
     let spacing_m = pass.row.cut().tree_spacing_m();
+    let is_missing = is_missing(&pass.row.trees, spacing_m);
     let mut refused = (0, 0);
     for cell in pass.row.trees.iter() {
         let ranged = law.ranged(&Sums::from(cell));
         // What a neighbour's branch makes of an empty place is no tree outside a range.
-        let stands = !is_missing(cell, &pass.row.trees, spacing_m);
+        let stands = !is_missing(cell);
         refused.0 += u32::from(stands && ranged.best().refused());
         refused.1 += u32::from(stands && ranged.regression.is_some_and(|regression| regression.refused()));
         // By what was scanned of it: a whole number of lines is seldom just a tree.

@@ -6,22 +6,47 @@ const STEP: f64 = 1.1;
 const SLOWEST_M_S: f64 = 1e-4;
 /// Up to 130 m/s.
 const STEPS: usize = 148;
+/// Of counts that follow each other a speed is that of so much time, seconds: an encoder that sticks for a tenth of a second each fifth one has half the speed.
+const SPEED_S: f64 = 0.5;
+/// Without a count for so long, the tractor may stand, seconds: a speed is told of what lies before.
+const PAUSE_S: f64 = 0.35;
 
 /// The way at each speed.
 #[derive(Clone, Debug)]
 pub(crate) struct Speeds {
     way_m: [f64; STEPS],
+    /// The time and way of counts that no speed is told of yet, seconds and metres.
+    open: (f64, f64),
 }
 
 impl Default for Speeds {
     fn default() -> Self {
-        Self { way_m: [0.0; STEPS] }
+        Self { way_m: [0.0; STEPS], open: (0.0, 0.0) }
     }
 }
 
 impl Speeds {
+    /// A count: so much way since the one before, which was so long ago.
+    pub(crate) fn count(&mut self, way_m: f64, seconds: f64) {
+        if seconds > PAUSE_S {
+            self.close();
+            self.add(way_m, seconds);
+            return;
+        }
+        self.open = (self.open.0 + seconds, self.open.1 + way_m);
+        if self.open.0 >= SPEED_S {
+            self.close();
+        }
+    }
+
+    /// Tells the speed of the counts so far.
+    fn close(&mut self) {
+        let (seconds, way_m) = std::mem::take(&mut self.open);
+        self.add(way_m, seconds);
+    }
+
     /// A way that took so long; nothing is known of one that took no time.
-    pub(crate) fn add(&mut self, way_m: f64, seconds: f64) {
+    fn add(&mut self, way_m: f64, seconds: f64) {
         let speed_m_s = way_m / seconds;
         if speed_m_s.is_finite() {
             let step = (speed_m_s / SLOWEST_M_S).ln() / STEP.ln();

@@ -23,8 +23,8 @@ const KEPT: usize = 6;
 const LEAST_BEAMS: u32 = 30;
 /// Share of neighbouring beams that differ from which on a picture tells anything.
 const LEAST_ROUGH: f64 = 0.1;
-/// A picture changes less than so many times what its beams differ by where it stands still: 0 of rays, up to 0.6 of seven models' beams (in wind
-/// of 5 m/s half of the time), and 1.1 to 9 along ten rows.
+/// A picture changes less than so many times what its beams differ by where it stands still: 0 of rays, up to 0.6 of seven models' beams, less
+/// than 0.7 half of the time in a wind of 5 m/s, and 1.1 to 9 along ten rows.
 const STILL: f64 = 0.7;
 /// Lines of one place, and their share of all, from which on they are told.
 const LEAST_LINES: u64 = 3;

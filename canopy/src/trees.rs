@@ -166,8 +166,9 @@ pub(crate) fn standing(
 }
 
 /// Whether no tree stands there, of those of which enough was scanned to tell.
-pub(crate) fn is_missing(tree: &Cell, trees: &Cells, spacing_m: f64) -> bool {
-    tree.scanned_m > SCANNED * spacing_m && tree.density() < least_density(trees, spacing_m, None)
+pub(crate) fn is_missing(trees: &Cells, spacing_m: f64) -> impl Fn(&Cell) -> bool {
+    let least = least_density(trees, spacing_m, None);
+    move |tree| tree.scanned_m > SCANNED * spacing_m && tree.density() < least
 }
 
 /// Trees of which enough was scanned to tell.

@@ -140,9 +140,7 @@ pub(crate) struct Window<'a> {
     pub(crate) opens: SimTime,
     /// Its seconds count from here on.
     pub(crate) from: SimTime,
-    /// When the run ended.
-    pub(crate) ended: SimTime,
-    /// The same, and why it did.
+    /// When the run ended, and why.
     pub(crate) end: RunEnd<'a>,
 }
 
@@ -155,12 +153,11 @@ impl<'a> Window<'a> {
                 after: None,
                 opens: SimTime::ZERO,
                 from: began.unwrap_or_default(),
-                ended: run.ended,
                 end: run.end(),
             });
         };
         let at = from_event(after, run)?;
-        Ok(Self { after: Some(after), opens: at, from: at, ended: run.ended, end: run.end() })
+        Ok(Self { after: Some(after), opens: at, from: at, end: run.end() })
     }
 
     /// So many seconds after its start.

@@ -15,7 +15,6 @@ use crate::witness::Stream;
 const STEP: Duration = Duration::from_millis(20);
 /// A tractor that goes less in such a step stands, metres.
 const STANDS_M: f64 = 1e-6;
-
 /// A tractor that goes less than so many times its speed before has slowed down.
 const SLOWED: f64 = 0.9;
 
@@ -34,14 +33,11 @@ pub(crate) fn why(fault: &ScenarioFault, left: &Left<'_>) -> Option<String> {
         "encoder" if !anybody_counts(left.streams) => Some(
             "nobody was told what the encoder counts: have a client of a scanner switch it on".to_owned(),
         ),
-        "reverse" => never(left, spec.id.as_deref()?, "went back", |way_m| way_m < -STANDS_M),
-        // Whoever brakes for a stop that is soon over drives slower all the same.
-        "stop" => {
-            let id = spec.id.as_deref()?;
-            let began = left.events.iter().find(|event| event.event == id).map(Event::at)?;
-            let before_m = steps(left.journal, began, began + STEP).last()?;
-            never(left, id, "slowed down", |way_m| way_m < SLOWED * before_m || way_m.abs() < STANDS_M)
-        }
+        "reverse" => never(left, spec.id.as_deref()?, "went back", |_, way_m| way_m < -STANDS_M),
+        // Who brakes for a stop that is soon over drives slower all the same.
+        "stop" => never(left, spec.id.as_deref()?, "slowed down", |before_m, way_m| {
+            way_m < SLOWED * before_m || way_m.abs() < STANDS_M
+        }),
         _ => None,
     }
 }
@@ -52,12 +48,13 @@ fn anybody_counts(streams: &BTreeMap<String, Stream>) -> bool {
     sources.any(|source| source == AdvanceSource::Encoder)
 }
 
-/// Why the tractor never did what a fault wants: from its begin to the end of the run no step of the way was so.
-fn never(left: &Left<'_>, id: &str, did: &str, is_so: impl Fn(f64) -> bool) -> Option<String> {
+/// Why the tractor never did what a fault wants: from its begin to the end of the run no step of the way was so, beside the first one.
+fn never(left: &Left<'_>, id: &str, did: &str, is_so: impl Fn(f64, f64) -> bool) -> Option<String> {
     let end = format!("{id}.end");
     let named = |name: &str| left.events.iter().find(|event| event.event == name).map(Event::at);
-    let from = named(id)?;
-    if steps(left.journal, from, left.end.at).any(is_so) {
+    let mut steps = steps(left.journal, named(id)?, left.end.at).peekable();
+    let before_m = steps.peek().copied().unwrap_or(f64::INFINITY);
+    if steps.any(|way_m| is_so(before_m, way_m)) {
         return None;
     }
     Some(match named(&end).filter(|end| *end < left.end.at) {
@@ -68,7 +65,7 @@ fn never(left: &Left<'_>, id: &str, did: &str, is_so: impl Fn(f64) -> bool) -> O
 
 /// The way of each step, metres.
 fn steps(journal: &Journal, from: SimTime, to: SimTime) -> impl Iterator<Item = f64> {
-    let times = (0..).map(move |step| from + step * STEP).take_while(move |at| *at <= to);
+    let times = (1..).map(move |step| from + step * STEP).take_while(move |at| *at <= to);
     let ways = times.map(|at| journal.way_m(at));
-    ways.scan(None, |last, way_m| Some(last.replace(way_m).map_or(f64::INFINITY, |last_m| way_m - last_m)))
+    ways.scan(journal.way_m(from), |last_m, way_m| Some(way_m - std::mem::replace(last_m, way_m)))
 }

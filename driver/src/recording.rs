@@ -168,9 +168,7 @@ impl Recording {
     }
 
     fn take(&mut self, packet: Packet) {
-        if self.recording.streams().get(packet.stream).is_some() {
-            self.learn_of_taken();
-        }
+        self.learn_of_taken();
         let streams = self.recording.streams();
         let Some(stream) = streams.get(packet.stream) else { return };
         if let Some(chosen) = self.chosen.filter(|_| self.wanted.is_none()) {

@@ -14,59 +14,43 @@ const MAX_NAMES: usize = 8;
 /// Counts what is in a recording by the telegrams' names, most frequent first: `412 LMDradardata, 3 DeviceIdent`. None if nothing is.
 pub fn contents(recording: Recording) -> Result<Option<String>, ReadError> {
     let mut frames = FrameReader::new(recording);
-    let mut counts: BTreeMap<String, u64> = BTreeMap::new();
+    let mut counts: BTreeMap<[String; 2], u64> = BTreeMap::new();
     while let Some(frame) = frames.next_frame()? {
         *counts.entry(name(&frame)).or_default() += 1;
     }
-    let mut counts: Vec<(String, u64)> = counts.into_iter().collect();
+    let mut counts: Vec<([String; 2], u64)> = counts.into_iter().collect();
     counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     let rest: u64 = counts.iter().skip(MAX_NAMES).map(|(_, count)| count).sum();
     counts.truncate(MAX_NAMES);
-    let mut words: Vec<String> = counts.into_iter().map(|(name, count)| counted(&name, count)).collect();
+    let counted = |([one, several], count): ([String; 2], u64)| plural(count, &one, &several).to_string();
+    let mut words: Vec<String> = counts.into_iter().map(counted).collect();
     if rest > 0 {
         words.push(plural(rest, "other", "others").to_string());
     }
     Ok((!words.is_empty()).then(|| words.join(", ")))
 }
 
-/// What has no name of its own: one, and several.
-const NAMELESS: [(&str, &str); 7] = [
-    ("LMS2xx telegram that is no scan", "LMS2xx telegrams that are no scans"),
-    (
-        "Compact telegram that makes no whole turn of a scanner of one line",
-        "Compact telegrams that make no whole turn of a scanner of one line",
-    ),
-    ("NMEA packet", "NMEA packets"),
-    ("CAN frame", "CAN frames"),
-    ("packet of unknown content", "packets of unknown content"),
-    ("CoLa B frame that is no telegram", "CoLa B frames that are no telegrams"),
-    ("CoLa A frame that is no telegram", "CoLa A frames that are no telegrams"),
-];
-
-/// So many of what is called so, in words.
-fn counted(name: &str, count: u64) -> String {
-    match NAMELESS.into_iter().find(|(_, several)| *several == name) {
-        Some((one, several)) => plural(count, one, several).to_string(),
-        None => format!("{count} {name}"),
-    }
-}
-
-fn name(frame: &RecordedFrame) -> String {
-    let [lms2xx, compact, nmea, can, bytes, cola_b, cola_a] = NAMELESS.map(|(_, several)| several);
-    let other = match frame.kind {
-        StreamKind::Lms2xx => lms2xx,
-        StreamKind::Compact => compact,
-        StreamKind::Nmea => nmea,
-        StreamKind::Can => can,
-        StreamKind::Bytes => bytes,
+/// What one is called, and what several are: a telegram's name is the same for both.
+fn name(frame: &RecordedFrame) -> [String; 2] {
+    match frame.kind {
+        StreamKind::Lms2xx => ["LMS2xx telegram that is no scan", "LMS2xx telegrams that are no scans"],
+        StreamKind::Compact => [
+            "Compact telegram that makes no whole turn of a scanner of one line",
+            "Compact telegrams that make no whole turn of a scanner of one line",
+        ],
+        StreamKind::Nmea => ["NMEA packet", "NMEA packets"],
+        StreamKind::Can => ["CAN frame", "CAN frames"],
+        StreamKind::Bytes => ["packet of unknown content", "packets of unknown content"],
         StreamKind::Cola => match cola_name(frame.payload()) {
-            Some("LMDscandata") => "LMDscandata without a scan that can be read",
-            Some(name) => name,
-            None if frame.dialect == Some(Dialect::B) => cola_b,
-            None => cola_a,
+            Some("LMDscandata") => ["LMDscandata without a scan that can be read"; 2],
+            Some(name) => [name; 2],
+            None if frame.dialect == Some(Dialect::B) => {
+                ["CoLa B frame that is no telegram", "CoLa B frames that are no telegrams"]
+            }
+            None => ["CoLa A frame that is no telegram", "CoLa A frames that are no telegrams"],
         },
-    };
-    other.to_owned()
+    }
+    .map(str::to_owned)
 }
 
 /// The command in `sSN LMDscandata …`.

@@ -37,6 +37,13 @@ pub(super) fn tell_damage(
     Ok(())
 }
 
+/// Tells where a capture's clock goes back.
+pub(super) fn tell_clock(file: &Path, recording: &Recording) {
+    if let Some(step) = recording.clock_back() {
+        say(format_args!("{}: {step}", file.display()));
+    }
+}
+
 /// The message of a recording that has no such stream.
 pub(super) fn no_stream(file: &Path, wanted: String, found: Vec<String>) -> Failure {
     DriverError::NoStream { path: file.to_owned(), wanted, found }.into()

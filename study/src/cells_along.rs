@@ -2,8 +2,8 @@
 
 use rowscan_scenes::Orchard;
 
-use crate::appraisal::CELL_M;
-
+/// Length of a cell, and height of an outline's, metres: the estimators'.
+pub(crate) const CELL_M: f64 = 0.1;
 /// Most cells of a row.
 const MOST: f64 = 1e6;
 /// How far beyond the row's end a scan of the row may be, metres.

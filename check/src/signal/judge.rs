@@ -72,7 +72,7 @@ type Heard<'a> = (&'a str, Course<'a>, Window<'a>);
 
 /// The value must be so: within a time, for a time, or all the time.
 fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Result {
-    let Window { from, ended, .. } = window;
+    let (from, ended) = (window.from, window.end.at);
     let hold = |value| expect.bounds.hold(value);
     let long = expect.signal.as_ref().and_then(|keys| keys.must.for_s);
     let of_long = long.map_or(String::new(), |seconds| format!(" for {seconds} s"));
@@ -144,7 +144,7 @@ fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Res
 fn comes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
     let within_s = expect.within_s.unwrap_or_default();
     let due = window.due(within_s);
-    let next = course.within(window.opens, window.ended).first();
+    let next = course.within(window.opens, window.end.at).first();
     Ok(match next {
         Some(sample) if in_time(sample.at, due) => {
             Judged::holds(true, format!("{name} is heard {}", window.told(sample.at)))
@@ -157,14 +157,14 @@ fn comes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
         )
         .at(due)
         .due(due, sample.at),
-        None if window.ended < due => return Err(past_end(name, due, window)),
+        None if window.end.at < due => return Err(past_end(name, due, window)),
         None => Judged::holds(false, format!("expected {name} within {within_s} s, heard nothing")).at(due),
     })
 }
 
 /// The value must become another one.
 fn changes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
-    let Window { from, ended, .. } = window;
+    let (from, ended) = (window.from, window.end.at);
     let due = expect.within_s.map_or(ended, |seconds| seconds_after(from, seconds));
     let all = course.within(from, ended);
     let base = course.before(from).or(all.first().copied());
@@ -193,7 +193,7 @@ fn changes((name, course, window): Heard<'_>, expect: &Expect) -> Result {
 
 /// The value must never be so, or never change. What it is while it is not available nobody knows.
 fn never_so((name, course, window): Heard<'_>, expect: &Expect, change: bool, words: &str) -> Result {
-    let Window { from, ended, .. } = window;
+    let (from, ended) = (window.from, window.end.at);
     let all = course.within(from, ended);
     let base = course.before(from);
     let held = || base.map(|sample| Sample { at: from, ..sample }).into_iter().chain(all.iter().copied());
@@ -228,7 +228,7 @@ fn silent(expect: &Expect, (name, course, window): Heard<'_>, for_s: Option<f64>
         return Err(format!("nobody sent {name} in this run: its silence tells nothing"));
     }
     let from = seconds_after(window.from, expect.within_s.unwrap_or_default());
-    let due = for_s.map_or(window.ended, |seconds| seconds_after(from, seconds));
+    let due = for_s.map_or(window.end.at, |seconds| seconds_after(from, seconds));
     let heard = course.within(SimTime(from.0 + 1), due).first().copied();
     Ok(match heard {
         Some(sample) => {
@@ -236,7 +236,7 @@ fn silent(expect: &Expect, (name, course, window): Heard<'_>, for_s: Option<f64>
                 .at(sample.at)
                 .due(from, sample.at)
         }
-        None if due > window.ended || from >= window.ended => {
+        None if due > window.end.at || from >= window.end.at => {
             return Err(past_end(name, due.max(from), window));
         }
         None => Judged::holds(
@@ -254,8 +254,8 @@ fn regular((name, course, window): Heard<'_>, every_s: f64, expect: &Expect) -> 
         .signal
         .as_ref()
         .and_then(|keys| keys.must.for_s)
-        .map_or(window.ended, |seconds| seconds_after(from, seconds));
-    if due > window.ended || from >= due {
+        .map_or(window.end.at, |seconds| seconds_after(from, seconds));
+    if due > window.end.at || from >= due {
         return Err(past_end(name, due.max(from), window));
     }
     let slack_s = expect.bounds.tolerance;
@@ -318,7 +318,8 @@ fn as_without(
 ) -> Result {
     let from = Window::of(expect.after.as_ref(), without).map_or(window.from, |window| window.from);
     let pick = |course: Course<'_>, from: SimTime, ended: SimTime| Course(course.within(from, ended)).steps();
-    let (found, wanted) = (pick(course, window.from, window.ended), pick(Course(other), from, without.ended));
+    let (found, wanted) =
+        (pick(course, window.from, window.end.at), pick(Course(other), from, without.ended));
     if found.is_empty() || wanted.is_empty() {
         return Err(format!("{name} was not heard in both runs: there is nothing to compare"));
     }
@@ -340,7 +341,7 @@ fn as_without(
     Ok(match differs {
         None => Judged::holds(true, format!("{name} goes as without faults, through {count} values")),
         Some(place) => {
-            let at = found.get(place).map_or(window.ended, |sample| sample.at);
+            let at = found.get(place).map_or(window.end.at, |sample| sample.at);
             let message = format!(
                 "expected {name} as without faults, found as number {}, counted from 1, {} in place of {}",
                 place + 1,

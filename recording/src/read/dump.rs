@@ -111,7 +111,7 @@ impl<'a> Row<'a> {
 
     /// Whether its first word is an address for certain.
     fn is_marked(self) -> bool {
-        let data = self.rest.get(..self.unmeasured()).unwrap_or(self.rest);
+        let data = self.marked_data();
         let barred = [('|', '|'), ('>', '<')].into_iter().any(|(open, close)| {
             self.rest.ends_with(close) && self.rest.find(open).is_some_and(|at| at + 1 < self.rest.len())
         });
@@ -139,6 +139,11 @@ impl<'a> Row<'a> {
             false => self.rest.find(['|', '>']).or_else(|| self.leads().then(|| self.gap())),
         };
         end.unwrap_or(self.rest.len())
+    }
+
+    /// Its data by marks alone.
+    fn marked_data(self) -> &'a str {
+        self.rest.get(..self.unmeasured()).unwrap_or(self.rest)
     }
 
     /// Where its first `count` bytes end; none where they end inside a word, or are not so many.
@@ -294,7 +299,7 @@ fn ambiguous(head: &[Line<'_>], first: Row<'_>) -> ReadError {
 
 /// Whether the words of these lines are as many as their addresses say, and no bytes in order.
 fn is_of_words(head: &[Line<'_>], first: Row<'_>, marked: bool) -> bool {
-    let count = |row: Row<'_>| words(row.rest.get(..row.unmeasured()).unwrap_or(row.rest)).count() as u64;
+    let count = |row: Row<'_>| words(row.marked_data()).count() as u64;
     let agrees = |radix: u32, size: u64| {
         let mut pairs = head.windows(2).filter_map(|pair| match pair {
             [Line::Row(row), Line::Row(after)] => {
@@ -310,7 +315,7 @@ fn is_of_words(head: &[Line<'_>], first: Row<'_>, marked: bool) -> bool {
         };
         pairs.clone().next().is_some() && pairs.all(fits)
     };
-    let lengths = || words(first.rest.get(..first.unmeasured()).unwrap_or(first.rest)).map(str::len);
+    let lengths = || words(first.marked_data()).map(str::len);
     let alike = lengths().next().is_some_and(|length| length != 2 && lengths().all(|other| other == length));
     let counted = RADIXES.into_iter().any(|radix| [1, 2, 4, 8].into_iter().any(|size| agrees(radix, size)));
     alike && ((counted && (marked || first.may_begin())) || (marked && !first.colon))

@@ -17,9 +17,7 @@ use rowscan_scenes::{Orchard, SeenRow, Surface, Truth, patches};
 use organs::Eye;
 use section::{Section, Shares};
 
-pub(crate) use section::CELL_M;
-
-use crate::cells_along::CellsAlong;
+use crate::cells_along::{CELL_M, CellsAlong};
 
 /// Square metres in a hectare.
 const HECTARE_M2: f64 = 10_000.0;

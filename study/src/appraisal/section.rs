@@ -3,9 +3,8 @@
 use rowscan_canopy::percentile::BIN_M;
 
 use super::organs::Met;
+use crate::cells_along::CELL_M;
 
-/// Height of an outline cell, metres: the estimators'.
-pub(crate) const CELL_M: f64 = 0.1;
 /// Most cells of an outline, and bins of a distribution: lengths that no orchard has.
 const MOST_CELLS: usize = 10_000;
 
