@@ -16,6 +16,7 @@ use std::ops::RangeInclusive;
 use rowscan_protocol::angle::BeamGrid;
 
 use crate::changed_pairs::ChangedPairs;
+use crate::picture_speed::PictureSpeed;
 use crate::speeds::Speeds;
 use crate::warning::Warning;
 
@@ -109,6 +110,7 @@ pub(crate) struct EncoderWitness {
     behind: u64,
     /// Σ way between neighbours, and of that times the share that changed.
     neighbours: (f64, f64),
+    picture: PictureSpeed,
 }
 
 /// The share of two scans' beams that changed; `None` where too few met anything.
@@ -149,6 +151,7 @@ impl EncoderWitness {
             farthest_m: f64::NEG_INFINITY,
             behind: 0,
             neighbours: (0.0, 0.0),
+            picture: PictureSpeed::of_lag(LAG),
         }
     }
 
@@ -173,16 +176,17 @@ impl EncoderWitness {
         if self.grid != grid || self.kept.back().is_some_and(|kept| kept.range_m.len() != range_m.len()) {
             self.kept.clear();
             self.anchors.clear();
+            self.picture.forget_neighbours();
             self.grid = grid;
         }
         if let Some(neighbour) = self.kept.back() {
             let way_m = (at.y_m - neighbour.at.y_m).abs();
-            if way_m > 0.0
-                && let Some(share) = changed(&neighbour.range_m, range_m)
-            {
+            let share = changed(&neighbour.range_m, range_m);
+            if let Some(share) = share.filter(|_| way_m > 0.0) {
                 self.neighbours.0 += way_m;
                 self.neighbours.1 += way_m * share;
             }
+            self.picture.add_neighbours(way_m, share);
         }
         let mut room = Vec::new();
         if self.kept.len() >= LAG
@@ -193,6 +197,7 @@ impl EncoderWitness {
                 let lags = |kept: &Kept| (at.y_m - kept.at.y_m).abs() / lag_m;
                 let is_near = |kept: &Kept| lags(kept) < NEAR_LAGS;
                 let lags_now = lags(&oldest);
+                self.picture.add(lags_now, lags_now * lag_m, share);
                 if is_near(&oldest) {
                     let least = self.least_changed(share, range_m, is_near);
                     least.into_iter().for_each(|least| self.add_at_place(lags_now, least));
@@ -276,7 +281,10 @@ impl EncoderWitness {
         let (sum, again) = self.again;
         let is_other = again >= LEAST_PAIRS && sum > OTHER_PLACE * f64::from(again);
         let behind = if is_other { self.behind } else { 0 };
-        beyond(&self.pairs, border) + beyond(&self.at_place, border / far) + behind
+        beyond(&self.pairs, border)
+            + beyond(&self.at_place, border / far)
+            + behind
+            + self.picture.refuting(typical)
     }
 
     /// True where the picture stood still while the encoder counted nothing: the tractor stands, or drives along what looks the same everywhere.
@@ -428,6 +436,26 @@ mod tests {
                     let counted = |s: f64| (1.0 - missed) * s.min(from_s) + (s - from_s).max(0.0);
                     let (witness, scans) = drive(8.0, past_canopy, |s| s, counted, ticks_per_m);
                     assert!(witness.is_stuck(scans), "before: {case}");
+                }
+            }
+        }
+    }
+
+    /// Most ticks are missed over a part of the way: the picture goes on at its pace. A tractor that drives slowly there sees a slow one.
+    #[test]
+    fn an_encoder_that_misses_most_of_its_ticks_for_a_while_is_told_and_a_slow_drive_is_not() {
+        for ticks_per_m in [100.0, 1000.0] {
+            for counted in [0.15, 0.2, 0.3, 0.4] {
+                for slow_s in [3.0, 9.0] {
+                    // As told by an encoder that misses them from 4 s on; or there only most are counted.
+                    let slow = |s: f64| {
+                        s.min(4.0) + counted * (s - 4.0).clamp(0.0, slow_s) + (s - 4.0 - slow_s).max(0.0)
+                    };
+                    let (misses, scans) = drive(16.0, past_canopy, |s| s, slow, ticks_per_m);
+                    let case = format!("{counted} for {slow_s} s at {ticks_per_m}");
+                    assert!(misses.is_stuck(scans), "{case}: {} of {scans}", misses.stuck());
+                    let (slows, _) = drive(16.0, past_canopy, slow, slow, ticks_per_m);
+                    assert_eq!(slows.stuck(), 0, "{case}");
                 }
             }
         }

@@ -79,6 +79,7 @@ mod other_side;
 mod parameters;
 mod patches;
 pub mod percentile;
+mod picture_speed;
 pub mod pieces;
 mod placing;
 mod profile;

@@ -21,6 +21,13 @@ impl<'a> Course<'a> {
         self.0.get(start..end.max(start)).unwrap_or_default()
     }
 
+    /// When a value was heard first, if nobody knows what it was from `from` until then: a signal says each value again by its longest pause.
+    pub(super) fn unknown_until(self, from: SimTime) -> Option<SimTime> {
+        let first = self.0.first().filter(|sample| sample.at > from)?.at;
+        let pauses = self.0.iter().zip(self.0.iter().skip(1)).map(|(one, next)| next.at.0 - one.at.0);
+        (first.0 - from.0 > pauses.max().unwrap_or_default()).then_some(first)
+    }
+
     /// The stretches of `from` to `to` in which the value that was heard last fulfils `holds`, in their order. What was heard before counts at `from`.
     pub(super) fn stretches(
         self,

@@ -7,6 +7,7 @@ use super::{Must, Sample, Source, series};
 use crate::judged::{Judged, Window, in_time, seconds_after, the_one};
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, Scenario};
+use crate::verdict::Verdict;
 
 type Result = std::result::Result<Judged, String>;
 
@@ -38,11 +39,22 @@ pub(crate) fn judge(number: usize, expect: &Expect, run: &RunRecord, without: Op
     if samples.is_empty() && (never || expect.within_s.is_none()) {
         return Err(format!("nobody sent {name} in this run: nothing is known of it"));
     }
-    match (never, change) {
-        (true, change) => never_so((name, course, window), expect, change, &words),
-        (false, true) => changes((name, course, window), expect),
-        (false, false) if expect.bounds.is_empty() => comes((name, course, window), expect),
-        (false, false) => holds((name, course, window), expect, &words),
+    let judged = match (never, change) {
+        (true, change) => never_so((name, course, window), expect, change, &words)?,
+        (false, true) => return changes((name, course, window), expect),
+        (false, false) if expect.bounds.is_empty() => return comes((name, course, window), expect),
+        (false, false) => holds((name, course, window), expect, &words)?,
+    };
+    // What was wrong once has failed, whatever it was before.
+    let is_of_all_time =
+        expect.within_s.is_none() && judged.verdict == Verdict::Passed && source.is_a_state();
+    match course.unknown_until(window.from).filter(|_| is_of_all_time) {
+        None => Ok(judged),
+        Some(first) => Err(format!(
+            "{name} was heard first at {:.3} s, and nobody knows what it was from {:.3} s until then: expect it `within_s`, or `after` an event from which it is known",
+            first.as_secs_f64(),
+            window.from.as_secs_f64()
+        )),
     }
 }
 

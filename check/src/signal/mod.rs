@@ -217,6 +217,11 @@ impl Source {
         }
     }
 
+    /// True where its value holds until the next one is heard; a line of a log tells a moment.
+    pub(crate) fn is_a_state(&self) -> bool {
+        !matches!(self, Self::Log { .. })
+    }
+
     /// The unit of its values, if that is known.
     pub(crate) fn unit(&self) -> &str {
         match self {

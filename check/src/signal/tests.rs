@@ -191,6 +191,32 @@ fn what_was_never_heard_is_no_verdict() {
     );
 }
 
+/// A value that is said again each tenth of a second is known from its first one on; so far as its longest pause goes, a window may begin before.
+#[test]
+fn what_was_not_heard_yet_is_unknown() {
+    let late = |first: u64| (first..10).map(|n| nozzles(n * 100, 1, 20)).collect::<Vec<_>>();
+    let of = |keys: &str, first: u64| verdict(&format!("{SECTION}, {keys}"), late(first));
+    for keys in
+        ["equals = 1", "equals = 1, for_s = 0.8", "equals = 0, never = true", "changes = true, never = true"]
+    {
+        assert_eq!([0, 1].map(|first| of(keys, first).0), [Passed; 2], "{keys}");
+        let (found, message) = of(keys, 5);
+        assert_eq!((found, message.contains("heard first at 0.500 s")), (Error, true), "{keys}: {message}");
+        assert_eq!(
+            of(&format!("{keys}, after = \"late\""), 5).0,
+            if keys.contains("for_s") { Error } else { Passed }
+        );
+        // One that was said once.
+        assert_eq!(verdict(&format!("{SECTION}, {keys}"), vec![nozzles(300, 1, 20)]).0, Error, "{keys}");
+    }
+    // What is wrong once has failed, and what may come in time need not be known before.
+    assert_eq!(of("equals = 0", 5).0, Failed);
+    assert_eq!(
+        (of("equals = 1, never = true", 5).0, of("equals = 1, within_s = 0.6", 5).0),
+        (Failed, Passed)
+    );
+}
+
 #[test]
 fn not_available_is_no_value() {
     let frames = || vec![nozzles(0, 1, 20), nozzles(500, 3, 20)];
