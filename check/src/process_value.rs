@@ -73,7 +73,8 @@ pub(crate) fn judge(expect: &Expect, run: &RunRecord) -> Result<Judged, String> 
             break;
         }
     }
-    let words = |value: Option<i32>| value.map_or("nothing".to_owned(), |value| format!("{value:#X}"));
+    let words =
+        |value: Option<i32>| value.map_or("nothing".to_owned(), |value| format!("{value} ({value:#X})"));
     let s = |at: SimTime| at.as_secs_f64() - from.as_secs_f64();
     Ok(match first {
         Some(at) => {

@@ -11,6 +11,8 @@ use rowscan_bench::{
 use rowscan_bus::control_function::ControlFunction;
 use rowscan_bus::isobus::role::{ClientLog, SectionLog};
 use rowscan_bus::isobus::trouble::TroubleDesk;
+use rowscan_bus::nmea::{NmeaAddress, NmeaAddressError};
+use rowscan_bus::{BusAddress, BusAddressError};
 use rowscan_emulator::clock::{TimeScale, Timer};
 use rowscan_emulator::lockstep::{ChildClock, Lockstep, LockstepConfig};
 use rowscan_emulator::stage::Stage;
@@ -157,7 +159,7 @@ impl ScenarioRig {
             Arc::new(SprayerPart::new(spec.boom.clone(), client))
         });
         for bus in &scenario.buses {
-            let (task, ports) = (&bus.task, bus.ports.iter().map(|port| in_folder(port, folder).parse()));
+            let (task, ports) = (&bus.task, bus.ports.iter().map(|port| bus_in_folder(port, folder)));
             let bus = BusSpec::new(&bus.id, ports.collect::<Result<Vec<_>, _>>()?);
             let own = scenario.sprayer.as_ref().zip(sprayer.clone()).filter(|(own, _)| own.bus == bus.id);
             let functions = desks.functions(own, task.as_ref(), (&stage, spec.tractor()));
@@ -166,7 +168,7 @@ impl ScenarioRig {
             spec.buses.push(BusSpec { taps, functions, news, ..bus });
         }
         for port in &scenario.nmea {
-            spec.nmea.push(NmeaSpec { id: port.id.clone(), at: in_folder(&port.port, folder).parse()? });
+            spec.nmea.push(NmeaSpec { id: port.id.clone(), at: nmea_in_folder(&port.port, folder)? });
         }
         let mut bench = Bench::open(spec).await?;
         placeholders(scenario, &bench, &mut places);
@@ -400,12 +402,31 @@ fn for_child(at: &At) -> String {
 }
 
 /// A port with the placeholder `{run}` filled in.
-fn in_folder(port: &str, folder: &Path) -> String {
+fn filled(port: &str, folder: &Path) -> String {
     port.replace("{run}", &folder.to_string_lossy())
+}
+
+/// A bus's port. A link to a pseudo-terminal lies in the run's folder, as that of a scanner does: runs side by side have one each.
+fn bus_in_folder(port: &str, folder: &Path) -> Result<BusAddress, BusAddressError> {
+    Ok(match filled(port, folder).parse()? {
+        BusAddress::Slcan(link) => BusAddress::Slcan(folder.join(link)),
+        BusAddress::Lines(link) => BusAddress::Lines(folder.join(link)),
+        other => other,
+    })
+}
+
+/// The same of a GNSS receiver's.
+fn nmea_in_folder(port: &str, folder: &Path) -> Result<NmeaAddress, NmeaAddressError> {
+    Ok(match filled(port, folder).parse()? {
+        NmeaAddress::Pty(link, rate) => NmeaAddress::Pty(folder.join(link), rate),
+        other => other,
+    })
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::PathBuf;
+
     use rowscan_vehicle::trajectory::Trajectory;
 
     use super::*;
@@ -428,6 +449,23 @@ mod tests {
             for other in [End::Seconds(1.0), End::Scans(1)] {
                 assert_eq!(check_end(other, &tractor), Ok(()));
             }
+        }
+    }
+
+    #[test]
+    fn links_of_a_run_lie_in_its_folder() {
+        let folder = Path::new("/tmp/run-1");
+        for (port, link) in [
+            ("can", "/tmp/run-1/can"),
+            ("./can", "/tmp/run-1/can"),
+            ("{run}/can", "/tmp/run-1/can"),
+            ("/x/can", "/x/can"),
+        ] {
+            let path = PathBuf::from(link);
+            assert_eq!(bus_in_folder(&format!("slcan:{port}"), folder), Ok(BusAddress::Slcan(path.clone())));
+            assert_eq!(bus_in_folder(&format!("lines:{port}"), folder), Ok(BusAddress::Lines(path.clone())));
+            let gnss = nmea_in_folder(&format!("pty:{port}@4800"), folder);
+            assert_eq!(gnss, Ok(NmeaAddress::Pty(path, Some(4800))));
         }
     }
 

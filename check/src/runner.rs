@@ -29,7 +29,7 @@ use crate::pause::{self, Timing};
 use crate::rig::{self, Failure, ScenarioRig};
 use crate::run_end::RunEnd;
 use crate::scenario::{DeviceSpec, Mode, OnExit, Ready, RunSpec, Scenario, Time};
-use crate::sprayer::{SprayerRun, reserved, untold};
+use crate::sprayer::{SprayerRun, idle_setpoints, untold};
 use crate::standing::Standing;
 use crate::takers;
 use crate::truth;
@@ -232,7 +232,7 @@ async fn drive(
     let boom = booms.flat_map(|boom| overlaps(boom).into_iter().chain(untold(boom)));
     let runs = record.sprayer.iter().flatten();
     let told = runs.flat_map(|run| run.unheeded().into_iter().chain(run.in_part()));
-    let known: Vec<String> = boom.chain(told).chain(reserved(&rig.sections)).collect();
+    let known: Vec<String> = boom.chain(told).chain(idle_setpoints(&rig.sections)).collect();
     record.warnings.extend(known.into_iter().chain(rig.refused.told()));
     let tasks = scenario.buses.iter().filter_map(|bus| bus.task.as_ref());
     record.warnings.extend(tasks.flat_map(|task| task.told(&rig.clients.news(), &rig.clients.steps())));

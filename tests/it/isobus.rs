@@ -194,6 +194,44 @@ fn a_task_controller_that_never_activates_leaves_the_boom_shut_and_one_that_reve
     assert_eq!(verdict(&found, "recall").1, "failed", "{found:#?}");
 }
 
+/// Whoever commands is judged by what came of it: a controller that keeps all shut, or whose setpoints have no effect, has failed, and is told why.
+#[test]
+fn a_task_controller_that_opens_nothing_has_failed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = scenarios(folder.path()).join("isobus.toml");
+    for (fault, why) in [
+        ("dead", None),
+        ("never_automatic", Some("of element 2 was set")),
+        ("wrong_element", Some("DDI 290 of element 0 was set")),
+    ] {
+        let Some(found) = judged(&path, fault, &folder.path().join(fault)) else { return };
+        let expected = if fault == "wrong_element" { "error" } else { "failed" };
+        let (_, found, message) = verdict(&found, "recall");
+        assert_eq!(found, expected, "{fault}: {message}");
+        let report = Command::new(env!("CARGO_BIN_EXE_rowscan"))
+            .args(["check", text(&path)])
+            .env("SPRAY_FAULT", fault)
+            .env("PYTHONDONTWRITEBYTECODE", "1")
+            .output()
+            .expect("it runs");
+        let said =
+            String::from_utf8_lossy(&report.stdout).into_owned() + &String::from_utf8_lossy(&report.stderr);
+        assert!(!report.status.success(), "{fault}");
+        assert!(why.is_none_or(|why| said.contains(why)), "{fault}: {said}");
+        assert_eq!(
+            said.contains("section control (DDI 160) was manual"),
+            fault == "never_automatic",
+            "{said}"
+        );
+    }
+    // A client that starts in automatic needs no setting.
+    let scenario = "use = \"isobus.toml\"\nsprayer = { boom = \"boom.toml\", isobus = \"can0\", section_control = \"automatic\" }\n";
+    let path = path.with_file_name("automatic.toml");
+    std::fs::write(&path, scenario).expect("written");
+    let found = judged(&path, "never_automatic", &folder.path().join("automatic")).expect("Python");
+    assert_eq!(verdict(&found, "recall").1, "passed", "{found:#?}");
+}
+
 #[test]
 fn without_its_task_controller_the_boom_is_safe_by_on_loss() {
     let folder = tempfile::tempdir().expect("a folder");

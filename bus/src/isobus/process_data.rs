@@ -89,6 +89,22 @@ pub mod refusal {
     pub const VALUE: u8 = 0x40;
     /// The device cannot do that; of a value that was asked for: it is not known at present (assumed).
     pub const RANGE: u8 = 0x80;
+
+    /// What the bits say.
+    pub fn words(bits: u8) -> String {
+        let known = [
+            (COMMAND, "the command is not supported"),
+            (ELEMENT, "there is no such element"),
+            (DDI, "the element has no such DDI"),
+            (TRIGGER, "it does not come by this trigger"),
+            (NOT_SETTABLE, "it cannot be set"),
+            (INTERVAL, "the interval or threshold is none"),
+            (VALUE, "the value is none of this DDI"),
+            (RANGE, "the device cannot do that"),
+        ];
+        let said = known.iter().filter(|(bit, _)| bits & bit != 0).map(|(_, words)| *words);
+        said.collect::<Vec<_>>().join("; ")
+    }
 }
 
 /// One value of one element.

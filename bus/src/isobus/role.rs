@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rowscan_protocol::time::SimTime;
 
-use super::client::{Reserved, SectionOrder, TaskClient};
+use super::client::{IdleSetpoint, SectionOrder, TaskClient, Unheeded};
 use super::server::{News, TaskServer, Untold, What, Wishes};
 use super::trouble::TroubleDesk;
 use crate::control_function::ControlFunction;
@@ -18,8 +18,20 @@ pub struct SectionLog(Arc<Mutex<Setpoints>>);
 #[derive(Debug, Default)]
 struct Setpoints {
     orders: Vec<SectionOrder>,
-    /// Setpoints with reserved states, by DDI: the first one, and how many there were.
-    reserved: BTreeMap<u16, (SimTime, u64)>,
+    /// Setpoints that commanded nothing, by DDI, element and why: the first one, and how many there were.
+    idle: BTreeMap<(u16, u16, Unheeded), (SimTime, u64)>,
+}
+
+/// Kinds of setpoints without effect that are kept.
+const MOST_IDLE: usize = 64;
+
+/// Setpoints of one kind that commanded nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IdleSetpoints {
+    /// The first of them.
+    pub first: IdleSetpoint,
+    /// How many there were.
+    pub count: u64,
 }
 
 impl SectionLog {
@@ -28,18 +40,25 @@ impl SectionLog {
         self.lock().orders.clone()
     }
 
-    /// Setpoints with reserved states so far: each DDI with the first instant, and how often.
-    pub fn reserved(&self) -> Vec<(u16, SimTime, u64)> {
-        self.lock().reserved.iter().map(|(ddi, (first, count))| (*ddi, *first, *count)).collect()
+    /// Setpoints so far that commanded nothing, by DDI, element and why.
+    pub fn idle(&self) -> Vec<IdleSetpoints> {
+        let of = |(&(ddi, element, why), &(at, count)): (&_, &_)| IdleSetpoints {
+            first: IdleSetpoint { at, element, ddi, why },
+            count,
+        };
+        self.lock().idle.iter().map(of).collect()
     }
 
     /// After anything that `client` did.
     fn extend(&self, client: &mut TaskClient) {
-        let (orders, reserved) = (client.take_orders(), client.take_reserved());
+        let (orders, idle) = (client.take_orders(), client.take_idle());
         let mut setpoints = self.lock();
         setpoints.orders.extend(orders);
-        for Reserved { at, ddi } in reserved {
-            setpoints.reserved.entry(ddi).or_insert((at, 0)).1 += 1;
+        for IdleSetpoint { at, element, ddi, why } in idle {
+            let kind = (ddi, element, why);
+            if setpoints.idle.len() < MOST_IDLE || setpoints.idle.contains_key(&kind) {
+                setpoints.idle.entry(kind).or_insert((at, 0)).1 += 1;
+            }
         }
     }
 

@@ -64,7 +64,12 @@ impl ProcessValue {
             (_, Some(word)) => Some(ddi::SETPOINT_SECTIONS + word),
             (ddi::ACTUAL_WORK, _) => Some(ddi::SETPOINT_WORK),
             (ddi::ACTUAL_RATE, _) => Some(ddi::SETPOINT_RATE),
-            _ => None,
+            // Those that are set themselves.
+            (
+                ddi::SETPOINT_WORK | ddi::SETPOINT_RATE | ddi::SECTION_CONTROL | ddi::PRESCRIPTION_CONTROL,
+                _,
+            ) => Some(self.ddi),
+            _ => ddi::word(self.ddi, ddi::SETPOINT_SECTIONS).map(|_| self.ddi),
         }
     }
 

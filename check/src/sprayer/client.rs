@@ -2,9 +2,12 @@
 
 use std::time::Duration;
 
-use rowscan_bus::isobus::client::{Machine as ClientMachine, OnLoss, SectionOrder, Seen, TaskClient};
+use rowscan_bus::isobus::client::{
+    IdleSetpoint, Machine as ClientMachine, OnLoss, SectionOrder, Seen, TaskClient, Unheeded,
+};
 use rowscan_bus::isobus::implement::{Implement, ImplementSection};
-use rowscan_bus::isobus::role::{Role, SectionLog};
+use rowscan_bus::isobus::process_data::refusal;
+use rowscan_bus::isobus::role::{IdleSetpoints, Role, SectionLog};
 use rowscan_bus::isobus::trouble::TroubleDesk;
 use rowscan_protocol::time::SimTime;
 use rowscan_sprayer::live::Reader;
@@ -29,20 +32,32 @@ pub(crate) enum OnLossValue {
     Hold,
 }
 
+/// Section control at the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum SectionControlValue {
+    /// The task controller's setpoints of sections have no effect before it sets DDI 160 to 1.
+    #[default]
+    Manual,
+    /// They have.
+    Automatic,
+}
+
 /// The sprayer as client of a task controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ClientSpec {
     on_loss: OnLoss,
+    section_control: SectionControlValue,
 }
 
 impl ClientSpec {
     /// Of these keys.
-    pub(super) fn new(on_loss: Option<OnLossValue>) -> Self {
+    pub(super) fn new(on_loss: Option<OnLossValue>, section_control: Option<SectionControlValue>) -> Self {
         let on_loss = match on_loss.unwrap_or_default() {
             OnLossValue::Close => OnLoss::Close,
             OnLossValue::Hold => OnLoss::Hold,
         };
-        Self { on_loss }
+        Self { on_loss, section_control: section_control.unwrap_or_default() }
     }
 
     /// The control function of this machine, between rows so far apart.
@@ -53,7 +68,11 @@ impl ClientSpec {
         (log, troubles): (SectionLog, TroubleDesk),
     ) -> Role {
         let client = TaskClient::new(implement(boom, row_spacing_m), self.on_loss);
-        let client = Box::new(client.with_machine(Box::new(SeenMachine::new(machine))));
+        let client = client.with_machine(Box::new(SeenMachine::new(machine)));
+        let client = Box::new(match self.section_control {
+            SectionControlValue::Manual => client,
+            SectionControlValue::Automatic => client.in_automatic(),
+        });
         Role::Client { client, log, troubles }
     }
 }
@@ -133,15 +152,25 @@ fn implement(boom: &Boom, row_spacing_m: Option<f64>) -> Implement {
     }
 }
 
-/// Setpoints that commanded nothing because they hold reserved states, in words.
-pub(crate) fn reserved(log: &SectionLog) -> Vec<String> {
-    let words = |(ddi, first, count): (u16, SimTime, u64)| {
-        format!(
-            "`sprayer.isobus`: DDI {ddi} was set to a reserved state (error or undefined) {count} times, first at {:.3} s: it commanded nothing, and was refused (0x40)",
-            first.as_secs_f64()
-        )
+/// Setpoints that commanded nothing, in words.
+pub(crate) fn idle_setpoints(log: &SectionLog) -> Vec<String> {
+    log.idle().iter().map(idle_words).collect()
+}
+
+fn idle_words(IdleSetpoints { first, count }: &IdleSetpoints) -> String {
+    let IdleSetpoint { at, element, ddi, why } = first;
+    let why = match why {
+        Unheeded::Reserved => {
+            "to a reserved state (error or undefined): it commanded nothing, and was refused (0x40)".to_owned()
+        }
+        Unheeded::InManual => "while section control (DDI 160) was manual: it commanded nothing; set 160 to 1 first, or start with `section_control = \"automatic\"`".to_owned(),
+        Unheeded::Refused(bits) => format!("and refused (0x{bits:02X}: {})", refusal::words(*bits)),
+        other => format!("in vain ({other:?})"),
     };
-    log.reserved().into_iter().map(words).collect()
+    format!(
+        "`sprayer.isobus`: DDI {ddi} of element {element} was set {count} times, first at {:.3} s, {why}",
+        at.as_secs_f64()
+    )
 }
 
 /// What sections were told, as commands.

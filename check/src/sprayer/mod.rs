@@ -14,7 +14,7 @@ mod sensors;
 mod spec;
 mod spray;
 
-pub(crate) use client::reserved;
+pub(crate) use client::idle_setpoints;
 pub(crate) use hearing::BoomHearing;
 pub(crate) use judge::judge;
 pub use kept::KeptError;

@@ -10,7 +10,7 @@ use rowscan_bus::{CanId, J1939Id};
 use rowscan_sprayer::{Boom, Target};
 use serde::Deserialize;
 
-use super::client::{ClientSpec, OnLossValue};
+use super::client::{ClientSpec, OnLossValue, SectionControlValue};
 use crate::signal::{SignalKeys, Source, Ways};
 
 /// The largest file of a boom.
@@ -43,6 +43,9 @@ pub(crate) struct SprayerTable {
     /// With `isobus`: what sections do when their task controller is lost, `close` [close] or `hold`.
     #[schemars(example = &"hold")]
     pub(crate) on_loss: Option<OnLossValue>,
+    /// With `isobus`: section control (DDI 160) at the start, `manual` [manual], so that the task controller has to set it, or `automatic`.
+    #[schemars(example = &"automatic")]
+    pub(crate) section_control: Option<SectionControlValue>,
     /// With `isobus`: what its tank holds at the start, litres, where the boom's file does not say; it never runs dry where neither does.
     #[schemars(range(min = 0.01, max = 100_000), example = 400.0)]
     pub(crate) tank_l: Option<f64>,
@@ -85,9 +88,11 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
             rowscan_settings::suggestion(&bus, &known)
         )),
     };
-    if table.isobus.is_none() && (table.on_loss.is_some() || table.tank_l.is_some()) {
+    if table.isobus.is_none()
+        && (table.on_loss.is_some() || table.section_control.is_some() || table.tank_l.is_some())
+    {
         return Err(
-            "`sprayer`: `on_loss` and `tank_l` are of a client of a task controller; add `isobus`".to_owned()
+            "`sprayer`: `on_loss`, `section_control` and `tank_l` are of a client of a task controller; add `isobus`".to_owned()
         );
     }
     if let (Some(_), Some(watchdog_s)) = (&table.isobus, boom.watchdog_s) {
@@ -111,7 +116,7 @@ pub(crate) fn settled(table: SprayerTable, folder: &Path, ways: &Ways<'_>) -> Re
         (Some(bus), None, None) => Ok(heard_on(there("bus", bus)?, None)),
         (None, Some(name), None) => named(boom.clone(), &name, ways),
         (None, None, Some(bus)) => {
-            let client = ClientSpec::new(table.on_loss);
+            let client = ClientSpec::new(table.on_loss, table.section_control);
             Ok(heard_on(there("isobus", bus)?, Some(client)))
         }
         (bus, command, _) => {
@@ -246,6 +251,7 @@ mod tests {
             reported_litres: None,
             isobus: None,
             on_loss: None,
+            section_control: None,
             tank_l: None,
         };
         let ways = Ways { buses: vec![("can0", None)], nmea: Vec::new(), runs: vec!["sut"] };

@@ -21,6 +21,8 @@ from spray import BANDS_M, Can, Scanner, place  # noqa: E402
 FAULTS = {
     "never_activates": "takes the client's pool and never answers that it is to be used",
     "sections_reversed": "has section 1 in the place of the last one",
+    "never_automatic": "opens sections and never sets section control",
+    "wrong_element": "opens sections of an element that has none",
     "deaf": "does not notice that its client is silent",
 }
 
@@ -30,7 +32,7 @@ CONTROL, DATA, LONG_CONTROL, LONG_DATA = 0xEC00, 0xEB00, 0xC800, 0xC700
 EVERYONE = 0xFF
 AT_ONCE = 64  # packets of a message that may come before more is asked for
 STATUS_S, LOST_S = 2.0, 6.0
-BOOM, TANK = 2, 3  # elements of the client's pool
+DEVICE, BOOM, TANK = 0, 2, 3  # elements of the client's pool
 RATE, ACTUAL, AUTOMATIC, SECTIONS = 1, 161, 160, 290
 RATE_L_HA = 300
 
@@ -173,7 +175,8 @@ class TaskController(spray.Controller):
             self.can.say(PROCESS_DATA, source, [0x91, 0x00, 0xFF, 0xFF, 0xFF, 0xFF, 0x00, 0xFF])
             print("client active at %.3f s" % at_s)
             self.active, self.said = True, None
-            self.set(BOOM, AUTOMATIC, 1)
+            if self.fault != "never_automatic":
+                self.set(BOOM, AUTOMATIC, 1)
             self.set(TANK, RATE, RATE_L_HA * 10_000)
             self.can.say(PROCESS_DATA, source, [2 | TANK << 4, 0, RATE, 0])  # what is it now?
         elif what == 3:
@@ -193,7 +196,7 @@ class TaskController(spray.Controller):
         states |= 0xFFFFFFFF << 2 * len(wanted) & 0xFFFFFFFF
         if self.active and states != self.said:
             self.said = states
-            self.set(BOOM, SECTIONS, states)
+            self.set(DEVICE if self.fault == "wrong_element" else BOOM, SECTIONS, states)
 
     def decide(self):
         self.sections = self.wanted()

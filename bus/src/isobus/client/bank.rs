@@ -5,6 +5,7 @@ use rowscan_protocol::time::SimTime;
 use super::machine::{DeadTimes, Machine, SectionOrder, Seen};
 use crate::isobus::ddi::{self, Work};
 use crate::isobus::implement::{Implement, element};
+use crate::isobus::process_data::refusal;
 
 /// What sections do when their task controller is lost, or section control is switched to manual.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,8 +22,8 @@ pub enum OnLoss {
 struct Valve {
     /// What the task controller wants of it.
     wanted: bool,
-    /// What it is told: what is wanted, while the master switch is on.
-    told: bool,
+    /// What it is told: what is wanted, while the master switch is on. None before a setpoint named it.
+    told: Option<bool>,
 }
 
 /// The valve bank.
@@ -45,24 +46,34 @@ pub(super) struct Bank {
     /// The last look at it.
     seen: Seen,
     orders: Vec<SectionOrder>,
-    reserved: Vec<Reserved>,
 }
 
-/// A setpoint that holds a state which is reserved: it commands nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reserved {
-    /// When it came.
-    pub at: SimTime,
-    /// What it was to set.
-    pub ddi: u16,
+/// Why a setpoint commands nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Unheeded {
+    /// It holds a state that is reserved.
+    Reserved,
+    /// It is of sections, and section control is manual.
+    InManual,
+    /// It was refused: bits of [`crate::isobus::process_data::refusal`].
+    Refused(u8),
 }
 
-/// Why a value is not set: bits of [`crate::isobus::process_data::refusal`].
-pub(super) type Refusal = u8;
+impl Unheeded {
+    /// How it is acknowledged.
+    pub(super) fn refusal(self) -> u8 {
+        match self {
+            Self::Reserved => refusal::VALUE,
+            Self::InManual => 0,
+            Self::Refused(bits) => bits,
+        }
+    }
+}
 
 impl Bank {
     pub(super) fn new(implement: Implement) -> Self {
-        let valves = vec![Valve { wanted: false, told: false }; implement.sections.len()];
+        let valves = vec![Valve { wanted: false, told: None }; implement.sections.len()];
         let mut machine = Box::new(DeadTimes::new(implement.clone()));
         Self {
             seen: machine.look(SimTime::ZERO),
@@ -70,24 +81,23 @@ impl Bank {
             implement,
             valves,
             is_on: true,
-            is_automatic: true,
+            is_automatic: false,
             prescription: 1,
             rate: 0,
             speed_m_s: None,
             canopy_mm: None,
             orders: Vec::new(),
-            reserved: Vec::new(),
         }
+    }
+
+    /// Section control is automatic from the start, or waits for the task controller to say so.
+    pub(super) fn set_automatic(&mut self, is_automatic: bool) {
+        self.is_automatic = is_automatic;
     }
 
     /// What sections were told since the last call.
     pub(super) fn take_orders(&mut self) -> Vec<SectionOrder> {
         std::mem::take(&mut self.orders)
-    }
-
-    /// Setpoints with reserved states since the last call.
-    pub(super) fn take_reserved(&mut self) -> Vec<Reserved> {
-        std::mem::take(&mut self.reserved)
     }
 
     /// Another machine does what the valves are told.
@@ -113,45 +123,41 @@ impl Bank {
         }
     }
 
-    /// Sets a value. One with a reserved state is refused and noted; of sections that is only those that have it, the others do what they are told.
+    /// Sets a value. One with a reserved state is refused; of sections that is only those that have it, the others do what they are told.
     ///
     /// # Errors
-    /// Why not; the caller has made sure that the element has the DDI and that it can be set.
-    pub(super) fn set(&mut self, at: SimTime, ddi: u16, value: i32, policy: OnLoss) -> Result<(), Refusal> {
-        use crate::isobus::process_data::refusal;
-        let word = ddi::word(ddi, ddi::SETPOINT_SECTIONS);
-        let is_reserved = match (ddi, word) {
-            (_, Some(word)) => self.asks_for_error(word, value),
-            // Error and undefined: two bits have no more.
-            (ddi::SETPOINT_WORK | ddi::SECTION_CONTROL | ddi::PRESCRIPTION_CONTROL, None) => {
-                (2..=3).contains(&value)
-            }
-            _ => false,
-        };
-        if is_reserved {
-            self.reserved.push(Reserved { at, ddi });
-        }
-        let state = |states: std::ops::RangeInclusive<i32>| {
-            states.contains(&value).then_some(value).ok_or(refusal::VALUE)
-        };
-        if let Some(word) = word {
+    /// Why it commands nothing; the caller has made sure that the element has the DDI and that it can be set.
+    pub(super) fn set(&mut self, at: SimTime, ddi: u16, value: i32, policy: OnLoss) -> Result<(), Unheeded> {
+        if let Some(word) = ddi::word(ddi, ddi::SETPOINT_SECTIONS) {
+            let is_reserved = self.asks_for_error(word, value);
             self.set_sections(at, word, value);
-            return if is_reserved { Err(refusal::VALUE) } else { Ok(()) };
+            return match (is_reserved, self.is_automatic) {
+                (true, _) => Err(Unheeded::Reserved),
+                (false, true) => Ok(()),
+                (false, false) => Err(Unheeded::InManual),
+            };
         }
+        let two_states = || match value {
+            0..=1 => Ok(value == 1),
+            // Error and undefined: two bits have no more.
+            2..=3 => Err(Unheeded::Reserved),
+            _ => Err(Unheeded::Refused(refusal::VALUE)),
+        };
         match ddi {
             ddi::SETPOINT_WORK => {
-                self.is_on = state(0..=1)? == 1;
+                self.is_on = two_states()?;
                 self.follow(at);
             }
             ddi::SECTION_CONTROL => {
-                let was = std::mem::replace(&mut self.is_automatic, state(0..=1)? == 1);
+                let was = std::mem::replace(&mut self.is_automatic, two_states()?);
                 if was && !self.is_automatic {
                     self.lose(at, policy);
                 }
             }
-            ddi::PRESCRIPTION_CONTROL => self.prescription = state(0..=1)?,
-            ddi::SETPOINT_RATE => self.rate = state(0..=i32::MAX)?,
-            _ => return Err(refusal::NOT_SETTABLE),
+            ddi::PRESCRIPTION_CONTROL => self.prescription = i32::from(two_states()?),
+            ddi::SETPOINT_RATE if value < 0 => return Err(Unheeded::Refused(refusal::VALUE)),
+            ddi::SETPOINT_RATE => self.rate = value,
+            _ => return Err(Unheeded::Refused(refusal::NOT_SETTABLE)),
         }
         Ok(())
     }
@@ -162,14 +168,16 @@ impl Bank {
         ddi::sections(value).into_iter().take(own).any(|work| work == Work::Error)
     }
 
+    /// In manual the task controller's wishes have no effect: what they name stays as it is.
     fn set_sections(&mut self, at: SimTime, word: u16, value: i32) {
-        // In manual the task controller's wishes have no effect.
-        if !self.is_automatic {
-            return;
-        }
         let first = usize::from(word * ddi::SECTIONS);
         for (valve, work) in self.valves.iter_mut().skip(first).zip(ddi::sections(value)) {
-            valve.wanted = work.is_on().unwrap_or(valve.wanted);
+            let Some(is_on) = work.is_on() else { continue };
+            valve.wanted = if self.is_automatic { is_on } else { valve.wanted };
+            // The first that names it is an order, also where it stays shut.
+            if valve.told.is_none() {
+                valve.told = Some(!(valve.wanted && self.is_on));
+            }
         }
         self.follow(at);
     }
@@ -179,7 +187,8 @@ impl Bank {
         let Self { implement, valves, is_on, orders, machine, .. } = self;
         for (valve, section) in valves.iter_mut().zip(&implement.sections) {
             let told = valve.wanted && *is_on;
-            if told != std::mem::replace(&mut valve.told, told) {
+            if valve.told.is_some_and(|before| before != told) {
+                valve.told = Some(told);
                 let order = SectionOrder { at, number: section.number, is_open: told };
                 machine.tell(&order);
                 orders.push(order);
@@ -236,17 +245,24 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
+    /// Of so many sections, with section control on.
+    fn automatic(sections: u16) -> Bank {
+        let mut bank = Bank::new(implement(sections));
+        bank.set_automatic(true);
+        bank
+    }
+
     fn set(bank: &mut Bank, ms: u64, ddi: u16, value: i32) {
         bank.set(SimTime(ms * MS), ddi, value, OnLoss::Close).expect("it can be set");
     }
 
     #[test]
     fn sections_do_what_they_are_told_after_their_dead_times() {
-        let mut bank = Bank::new(implement(4));
+        let mut bank = automatic(4);
         set(&mut bank, 100, 290, 0xFFFF_FF11_u32 as i32);
         let told: Vec<_> =
             bank.take_orders().into_iter().map(|order| (order.number, order.is_open)).collect();
-        assert_eq!(told, [(1, true), (3, true)]);
+        assert_eq!(told, [(1, true), (2, false), (3, true), (4, false)]);
         let actual = |bank: &Bank| bank.value(2, 161).map(|value| value as u32);
         assert_eq!(actual(&bank), Some(0xFFFF_FF00));
         assert_eq!(bank.next(), Some(SimTime(115 * MS)));
@@ -266,12 +282,12 @@ mod tests {
 
     #[test]
     fn the_master_switch_closes_all_and_gives_them_back() {
-        let mut bank = Bank::new(implement(2));
+        let mut bank = automatic(2);
         set(&mut bank, 0, 290, 5);
         set(&mut bank, 10, 289, 0);
         for reserved in [2, 3] {
             let refused = bank.set(SimTime(20 * MS), 289, reserved, OnLoss::Close);
-            assert_eq!(refused, Err(refusal::VALUE), "no command: it stays off");
+            assert_eq!(refused, Err(Unheeded::Reserved), "no command: it stays off");
         }
         set(&mut bank, 30, 289, 1);
         let told: Vec<_> = bank.take_orders().iter().map(|order| (order.at.0 / MS, order.is_open)).collect();
@@ -281,7 +297,7 @@ mod tests {
     #[test]
     fn manual_and_loss_close_or_hold() {
         for (policy, left) in [(OnLoss::Close, 0), (OnLoss::Hold, 5)] {
-            let mut bank = Bank::new(implement(2));
+            let mut bank = automatic(2);
             set(&mut bank, 0, 290, 5);
             bank.poll(SimTime(100 * MS));
             bank.set(SimTime(100 * MS), 160, 0, policy).expect("settable");
@@ -289,15 +305,36 @@ mod tests {
             let open = bank.value(2, 161).map(|value| value & 0xF);
             assert_eq!(open, Some(left), "{policy:?}");
             // In manual it does not follow.
-            set(&mut bank, 300, 290, 0);
+            assert_eq!(bank.set(SimTime(300 * MS), 290, 0, policy), Err(Unheeded::InManual));
             bank.poll(SimTime(400 * MS));
             assert_eq!(bank.value(2, 161).map(|value| value & 0xF), Some(left));
         }
     }
 
+    /// It starts in manual: sections that are told to open were told something, and stay shut until section control is set.
+    #[test]
+    fn before_section_control_is_set_sections_are_told_to_stay_shut() {
+        let mut bank = Bank::new(implement(2));
+        let orders = |bank: &mut Bank| -> Vec<_> {
+            bank.take_orders().iter().map(|order| (order.number, order.is_open)).collect()
+        };
+        assert_eq!(bank.value(2, ddi::SECTION_CONTROL), Some(0));
+        assert_eq!(bank.set(SimTime::ZERO, 290, 5, OnLoss::Close), Err(Unheeded::InManual));
+        assert_eq!(orders(&mut bank), [(1, false), (2, false)]);
+        set(&mut bank, 10, 160, 1);
+        assert_eq!(orders(&mut bank), [], "what was wanted in manual is forgotten");
+        set(&mut bank, 20, 290, 0b1101);
+        assert_eq!(orders(&mut bank), [(1, true)], "the other is left as it is");
+        // Shut from the start: an order, once.
+        let mut shut = automatic(2);
+        set(&mut shut, 0, 290, 0);
+        set(&mut shut, 10, 290, 0);
+        assert_eq!(orders(&mut shut), [(1, false), (2, false)]);
+    }
+
     #[test]
     fn rate_and_tank_follow_from_flow_and_speed() {
-        let mut bank = Bank::new(implement(2));
+        let mut bank = automatic(2);
         let rate = |bank: &Bank| bank.value(3, 2);
         assert_eq!(rate(&bank), Some(0), "nothing flows");
         set(&mut bank, 0, 290, 5);
@@ -322,7 +359,7 @@ mod tests {
             for (ddi, value) in
                 [(289, 2), (289, 3), (160, 2), (160, 3), (158, 2), (158, 3), (290, 2), (290, 8), (290, 10)]
             {
-                let mut bank = Bank::new(implement(2));
+                let mut bank = automatic(2);
                 set(&mut bank, 0, 290, before);
                 let was = told(&bank);
                 let at = SimTime(10 * MS);
@@ -332,29 +369,30 @@ mod tests {
                 } else {
                     value
                 };
-                assert_eq!(bank.set(at, ddi, value, OnLoss::Close), Err(refusal::VALUE), "{ddi} = {value}");
-                assert_eq!(bank.take_reserved(), [Reserved { at, ddi }]);
+                assert_eq!(
+                    bank.set(at, ddi, value, OnLoss::Close),
+                    Err(Unheeded::Reserved),
+                    "{ddi} = {value}"
+                );
                 assert_eq!(told(&bank), was, "{ddi} = {value}");
             }
         }
         // Others in the same word do what they are told, and places of sections that it lacks say nothing.
-        let mut bank = Bank::new(implement(2));
-        assert_eq!(bank.set(SimTime::ZERO, 290, 0b0110, OnLoss::Close), Err(refusal::VALUE));
+        let mut bank = automatic(2);
+        assert_eq!(bank.set(SimTime::ZERO, 290, 0b0110, OnLoss::Close), Err(Unheeded::Reserved));
         assert_eq!(bank.value(2, 290).map(|value| value & 0xF), Some(0b0100));
-        bank.take_reserved();
         set(&mut bank, 0, 290, 0xAAAA_AAAF_u32 as i32);
-        assert_eq!(bank.take_reserved(), []);
     }
 
     #[test]
     fn values_that_are_none_are_refused() {
-        let mut bank = Bank::new(implement(2));
+        let mut bank = automatic(2);
         let mut refused =
             |ddi, value| bank.set(SimTime::ZERO, ddi, value, OnLoss::Close).expect_err("refused");
-        assert_eq!(refused(ddi::SECTION_CONTROL, 2), refusal::VALUE);
-        assert_eq!(refused(ddi::SETPOINT_WORK, 4), refusal::VALUE);
-        assert_eq!(refused(ddi::SETPOINT_RATE, -1), refusal::VALUE);
-        assert_eq!(refused(ddi::ACTUAL_WIDTH, 1), refusal::NOT_SETTABLE);
+        assert_eq!(refused(ddi::SECTION_CONTROL, 2), Unheeded::Reserved);
+        assert_eq!(refused(ddi::SETPOINT_WORK, 4), Unheeded::Refused(refusal::VALUE));
+        assert_eq!(refused(ddi::SETPOINT_RATE, -1), Unheeded::Refused(refusal::VALUE));
+        assert_eq!(refused(ddi::ACTUAL_WIDTH, 1), Unheeded::Refused(refusal::NOT_SETTABLE));
         assert_eq!(bank.value(0, ddi::CANOPY_HEIGHT), None, "no sensor has told it");
         assert_eq!(bank.value(2, 162), None, "two sections need one word");
     }

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use rowscan_protocol::time::SimTime;
 
-pub use bank::{OnLoss, Reserved};
+pub use bank::{OnLoss, Unheeded};
 pub use machine::{Machine, SectionOrder, Seen};
 pub use session::{Connection, Question, Refused};
 
@@ -43,6 +43,8 @@ const ADDRESS: u8 = SPRAYER_ADDRESS + 1;
 const STALE: Duration = Duration::from_millis(500);
 /// Place of the height among the signals of the canopy's summary.
 const HEIGHT: usize = 4;
+/// Setpoints without effect that are kept until they are taken.
+const MOST_IDLE: usize = 64;
 
 /// The sprayer on the bus.
 #[derive(Debug)]
@@ -66,6 +68,21 @@ pub struct TaskClient {
     trouble: Trouble,
     /// It needs no silence before its first step.
     is_settled: bool,
+    /// What was set and commanded nothing, until it is taken.
+    idle: Vec<IdleSetpoint>,
+}
+
+/// A setpoint that commanded nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IdleSetpoint {
+    /// When it came.
+    pub at: SimTime,
+    /// The element that it was for.
+    pub element: u16,
+    /// What it was to set.
+    pub ddi: u16,
+    /// Why.
+    pub why: Unheeded,
 }
 
 impl TaskClient {
@@ -90,7 +107,15 @@ impl TaskClient {
             canopy: None,
             trouble: Trouble::default(),
             is_settled: false,
+            idle: Vec::new(),
         }
+    }
+
+    /// The same, with section control (DDI 160) automatic from the start; before, a task controller has to set it.
+    #[must_use]
+    pub fn in_automatic(mut self) -> Self {
+        self.bank.set_automatic(true);
+        self
     }
 
     /// The same with this machine behind it; before, one whose valves do what they are told after their dead times.
@@ -115,9 +140,9 @@ impl TaskClient {
         self.bank.take_orders()
     }
 
-    /// Setpoints with reserved states since the last call: they commanded nothing.
-    pub fn take_reserved(&mut self) -> Vec<Reserved> {
-        self.bank.take_reserved()
+    /// Setpoints since the last call that commanded nothing.
+    pub fn take_idle(&mut self) -> Vec<IdleSetpoint> {
+        std::mem::take(&mut self.idle)
     }
 
     /// From now on this is wrong.
@@ -326,6 +351,7 @@ impl TaskClient {
         let ProcessData { command: what, element, ddi, value } = told;
         let known = self.pool.process_data();
         let properties = known.iter().find(|known| (known.0, known.1) == (element, ddi));
+        let mut idle = None;
         let refusals = match (properties, what) {
             (None, _) if !self.pool.has_element(element) => refusal::ELEMENT,
             // Properties are read in the pool, and asked for by nobody.
@@ -351,11 +377,12 @@ impl TaskClient {
                 }
             }
             (Some(known), command::VALUE | command::SET_AND_ACKNOWLEDGE) => {
-                if known.2 & property::SETTABLE == 0 {
-                    refusal::NOT_SETTABLE
-                } else {
-                    self.bank.set(at, ddi, value, self.on_loss).err().unwrap_or(0)
-                }
+                let set = match known.2 & property::SETTABLE {
+                    0 => Err(Unheeded::Refused(refusal::NOT_SETTABLE)),
+                    _ => self.bank.set(at, ddi, value, self.on_loss),
+                };
+                idle = set.err();
+                idle.map_or(0, Unheeded::refusal)
             }
             (Some(_), command::TIME_INTERVAL) => {
                 self.triggers.every(at, (element, ddi), value);
@@ -370,6 +397,12 @@ impl TaskClient {
             (Some(_), command::ACKNOWLEDGE | command::CLIENT_STATUS) => return,
             (Some(_), _) => refusal::COMMAND,
         };
+        if refusals != 0 && matches!(what, command::VALUE | command::SET_AND_ACKNOWLEDGE) {
+            idle = idle.or(Some(Unheeded::Refused(refusals)));
+        }
+        if let Some(why) = idle.filter(|_| self.idle.len() < MOST_IDLE) {
+            self.idle.push(IdleSetpoint { at, element, ddi, why });
+        }
         if refusals != 0 || what == command::SET_AND_ACKNOWLEDGE {
             self.send(told.acknowledged(refusals), out);
         }

@@ -19,7 +19,7 @@ struct Played {
 
 impl Played {
     fn new(sections: u16, on_loss: OnLoss) -> Self {
-        let mut client = TaskClient::new(implement(sections), on_loss);
+        let mut client = TaskClient::new(implement(sections), on_loss).in_automatic();
         let mut out = Vec::new();
         client.open(SimTime::ZERO, &mut out);
         Self { client, at: SimTime::ZERO, said: Vec::new() }
@@ -148,7 +148,7 @@ fn from_power_up_to_sections() {
         played.told([0x23, 0x00, 0x22, 0x01, 0x11, 0xFF, 0xFF, 0xFF]);
         let told: Vec<_> =
             played.client.take_orders().iter().map(|order| (order.number, order.is_open)).collect();
-        assert_eq!(told, [(1, true), (3, true)], "{sections}");
+        assert_eq!(told, [(1, true), (2, false), (3, true), (4, false)], "{sections}");
         let at = played.at.0;
         played.pass(at + 15 * MS);
         let said = played.said();

@@ -112,7 +112,8 @@ fn our_client_is_served_from_its_pool_to_its_sections() {
         let news = pair.server.take_news();
         let active = What::Active { sections: sections.into() };
         assert!(news.iter().any(|news| news.what == active && news.client == CLIENT), "{news:?}");
-        let open: Vec<u16> = pair.client.take_orders().iter().map(|order| order.number).collect();
+        let orders = pair.client.take_orders();
+        let open: Vec<u16> = orders.iter().filter(|order| order.is_open).map(|order| order.number).collect();
         let wanted: Vec<u16> = [1, 3].into_iter().filter(|number| *number <= sections).collect();
         assert_eq!(open, wanted);
         let actual = pair.server.value(CLIENT, 2, 161).expect("it was told");
