@@ -41,6 +41,8 @@ const BY_POWER: f64 = 1.5;
 
 /// Share of turns left out above which it is told: fewer are filled from their neighbours.
 const TURNS_TOLD: f64 = 0.01;
+/// Share of a tree that must have been scanned for it to lie outside a range: less is a strip of its edge.
+const LEAST_OF_TREE: f64 = 0.5;
 
 pub(crate) fn estimate(
     counting: &Counting,
@@ -346,7 +348,10 @@ fn row(
     if let Some(LevelSurface { z_m, share }) = ground {
         estimate.warnings.push(Warning::GroundAsCanopy { share, z_m });
     }
-    if let Some(OtherSlope { found_deg, told_deg, withheld }) = pass.row.other_slope() {
+    // What returns in the air, at any height, has a slope of its own.
+    let is_in_air = matches!(leaves, Err(Withheld::InTheAir | Withheld::RidesAlong));
+    let other_slope = pass.row.other_slope().filter(|_| !is_in_air);
+    if let Some(OtherSlope { found_deg, told_deg, withheld }) = other_slope {
         estimate.warnings.push(Warning::GroundSlope { found_deg, told_deg, withheld });
     }
     if let Some(level_m) = pass.row.other_level_m().filter(|_| ground.is_none()) {
@@ -399,8 +404,8 @@ fn row(
     let mut refused = (0, 0);
     for cell in pass.row.trees.iter() {
         let ranged = law.ranged(&Sums::from(cell));
-        // What a neighbour's branch makes of an empty place is no tree outside a range.
-        let stands = !is_missing(cell);
+        // What a neighbour's branch makes of an empty place is no tree outside a range, nor is the strip of one at the row's end.
+        let stands = !is_missing(cell) && cell.scanned_m > LEAST_OF_TREE * spacing_m;
         refused.0 += u32::from(stands && ranged.best().refused());
         refused.1 += u32::from(stands && ranged.regression.is_some_and(|regression| regression.refused()));
         // By what was scanned of it: a whole number of lines is seldom just a tree.

@@ -57,6 +57,38 @@ impl Quantity {
     pub fn is_of_leaves(self) -> bool {
         matches!(self, Self::LeafArea | Self::Lai | Self::LeafAreaDensity)
     }
+
+    /// Whether it is of the outline of the canopy: where it lies, and how high and wide it is.
+    fn is_of_outline(self) -> bool {
+        matches!(
+            self,
+            Self::Height
+                | Self::MedianHeight
+                | Self::Base
+                | Self::Width
+                | Self::MedianWidth
+                | Self::Volume
+                | Self::TreeRowVolume
+                | Self::LeafWallArea
+        )
+    }
+
+    /// Whether it is not told where leaf areas are withheld for this.
+    pub fn falls_with(self, why: Withheld) -> bool {
+        // What counts as canopy is something else as well, or does not lie where the rig has it.
+        let is_other = matches!(
+            why,
+            Withheld::GroundAsCanopy
+                | Withheld::GroundLevel
+                | Withheld::GroundSlope
+                | Withheld::InTheAir
+                | Withheld::RidesAlong
+                | Withheld::RowElsewhere
+        );
+        self.is_of_leaves()
+            || (self == Self::TreeAreaIndex && why != Withheld::MostlyWood)
+            || (self.is_of_outline() && is_other)
+    }
 }
 
 /// One number of one estimator.
@@ -100,11 +132,11 @@ impl Measure {
         Self { z_from_m: Some(from_m), z_to_m: Some(to_m), ..self }
     }
 
-    /// The same where leaf areas are told, or are not: then what is of leaves has no value.
+    /// The same where leaf areas are told, or are not: then what is of leaves has no value, nor what falls with the reason.
     #[must_use]
     pub(crate) fn told(self, leaves: Result<(), Withheld>) -> Self {
         match leaves {
-            Err(_) if self.quantity.is_of_leaves() => Self { value: None, low: None, high: None, ..self },
+            Err(why) if self.quantity.falls_with(why) => Self { value: None, low: None, high: None, ..self },
             _ => self,
         }
     }
@@ -112,5 +144,37 @@ impl Measure {
     /// The height band, if it is of one.
     pub fn band_m(&self) -> Option<[f64; 2]> {
         Some([self.z_from_m?, self.z_to_m?])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is told of a row whose leaf areas are withheld for any reason: what was met, and an outline where it is the canopy's.
+    #[test]
+    fn what_falls_with_leaf_areas_does_so_for_its_reason() {
+        for why in Withheld::ALL.iter().copied() {
+            let is_told = |quantity| Measure::new("any", quantity, Some(1.0)).told(Err(why)).value.is_some();
+            let fallen: Vec<_> =
+                Quantity::ALL.iter().copied().filter(|quantity| !is_told(*quantity)).collect();
+            for quantity in Quantity::ALL.iter().copied() {
+                assert!(Measure::new("any", quantity, Some(1.0)).told(Ok(())).value.is_some());
+                assert!(!(quantity.is_of_leaves() && is_told(quantity)), "{why}: {quantity:?}");
+            }
+            for met in [Quantity::ImpactedArea, Quantity::GapFraction, Quantity::Occluded] {
+                assert!(is_told(met), "{why}: {met:?}");
+            }
+            // An index of leaves and wood stands where all is wood; the outline falls as a whole or not at all.
+            assert_eq!(is_told(Quantity::TreeAreaIndex), why == Withheld::MostlyWood, "{why}");
+            let outline = fallen.iter().filter(|quantity| quantity.is_of_outline()).count();
+            assert!([0, 8].contains(&outline), "{why}: {fallen:?}");
+        }
+        for (why, stands) in
+            [(Withheld::NoFoliage, true), (Withheld::GroundAsCanopy, false), (Withheld::InTheAir, false)]
+        {
+            let height = Measure::new("height", Quantity::Height, Some(4.0)).told(Err(why));
+            assert_eq!(height.value.is_some(), stands, "{why}");
+        }
     }
 }

@@ -198,11 +198,13 @@ pub(crate) fn either(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
 fn of_property(compared: &Compared, estimator: &str) -> Option<f64> {
     // The voxels lack lines with and without a calibration.
     let estimator = if compared.key == ClassKey::LineSpacing { Count::Hits.name() } else { estimator };
+    let is_raw_wood = compared.key == ClassKey::WoodShare && estimator == RAW;
     match (&compared.standing, compared.apart) {
         (Standing::Same, None) => Some(0.0),
+        // Wood counts as leaf, and before bud burst all is wood: the study's rows, most of them in full leaf, tell nothing of that.
+        (Standing::Unknown, _) if is_raw_wood => None,
         (_, apart) => {
             let sd = between_class(compared.key, estimator, apart)?;
-            let is_raw_wood = compared.key == ClassKey::WoodShare && estimator == RAW;
             Some(apart.filter(|_| is_raw_wood).map_or(sd, |share| sd.max(bare_wood_sd(share))))
         }
     }
@@ -277,6 +279,10 @@ mod tests {
             let found = of_wood(share, RAW);
             assert!(found >= at_least && found.is_finite(), "{share}: {found}");
         }
+        // Of a share that is not told nothing is known.
+        let untold = Compared { key: ClassKey::WoodShare, standing: Standing::Unknown, apart: None };
+        assert_eq!(term(std::slice::from_ref(&untold), RAW), None);
+        assert!(term(&[untold], "contact").is_some_and(|sd| sd < 0.1));
         // A calibration holds the wood of its own rows.
         assert!(of_wood(0.41, "contact") < 0.5);
     }

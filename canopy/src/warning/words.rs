@@ -120,7 +120,12 @@ impl fmt::Display for Warning {
             Self::ClassUnknown { keys, relative_sd } => {
                 let names: Vec<&str> = keys.iter().map(|key| key.name()).collect();
                 write!(f, "whether the leaf area holds for this row is not known: {}", names.join(", "))?;
-                apart(f, *relative_sd)
+                match relative_sd {
+                    None if keys.contains(&ClassKey::WoodShare) => f.write_str(
+                        "; wood counts as leaf, and a row without leaves is all wood: how far the leaf area is off is not known; say what is with [rig.class] wood_share, or name a calibration",
+                    ),
+                    _ => apart(f, *relative_sd),
+                }
             }
             Self::OutsideFittedRange { estimator, value_m2_per_m, low_m2_per_m, high_m2_per_m, refused } => write!(
                 f,
