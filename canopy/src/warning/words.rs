@@ -298,8 +298,8 @@ impl fmt::Display for Warning {
             ),
             Self::EncoderStuck { scans, of } => write!(
                 f,
-                "by the encoder {scans} of {of} scans were taken where the scans before them were, and they differ as places far apart do: it sticks or misses most of its ticks there (a bad contact), and the way is too \
-                 short by that; mend it, or take --advance gnss, can or constant (in strong wind a tractor that stands can look so too)"
+                "by the encoder {scans} of {of} scans were taken where the scans before them were, or little farther, and they differ as places far apart do: it sticks or misses most of its ticks there (a bad contact), or counts too many elsewhere (a wheel that spins), and the way is \
+                 wrong by that; mend it, or take --advance gnss, can or constant (in strong wind a tractor that stands can look so too)"
             ),
             Self::EncoderSpeed { encoder_m_s, rig_m_s } => {
                 let remedy = "compare with --advance gnss or can; mend the encoder or correct encoder_ticks_per_m, or say with speed_m_s how fast it was";
