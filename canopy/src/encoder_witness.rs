@@ -44,8 +44,8 @@ const LEAST_SHARE: f64 = 0.05;
 const LEAST_DIFFERENCE: f64 = 0.04;
 /// From what neighbours differ by to what scans a lag apart do, so far lies the border of what refutes it.
 const BORDER: f64 = 0.6;
-/// So many times as far apart as neighbours, pairs are of one place: distances are told by steps of √2.
-const ROUNDED: f64 = 1.5;
+/// Of the way between neighbours, pairs that are no farther apart are of one place; what lies between is told by how fast the picture moves.
+const ROUNDED: f64 = 0.3;
 /// The same for a stand, of what scans a lag apart differ by.
 const BORDER_OF_STAND: f64 = 0.8;
 /// A picture of which less changes over a lag stands still.
@@ -268,7 +268,7 @@ impl EncoderWitness {
         }
         let near = self.neighbours.1 / self.neighbours.0;
         let (most, border) = if far - near >= LEAST_DIFFERENCE {
-            // Neighbours are a lag's part apart; ticks round it.
+            // Neighbours are a lag's part apart.
             (ROUNDED * typical / LAG as f64, near + BORDER * (far - near))
         } else {
             (0.0, BORDER_OF_STAND * far)
@@ -457,6 +457,27 @@ mod tests {
                     let (slows, _) = drive(16.0, past_canopy, slow, slow, ticks_per_m);
                     assert_eq!(slows.stuck(), 0, "{case}");
                 }
+            }
+        }
+    }
+
+    /// Where the tractor crawls, scans a lag apart are as near as neighbours elsewhere, and before a dense tree they change as much as others do over a lag.
+    #[test]
+    fn a_crawl_before_a_dense_tree_of_a_sparse_row_is_no_doubt() {
+        // Leaves from the second metre to the fourth; elsewhere a fifth of them.
+        let dense = |y_m: f64| {
+            let leaves = past_canopy(y_m).into_iter().enumerate();
+            let is_there = |beam: usize| (2.0..4.0).contains(&y_m) || beam.is_multiple_of(5);
+            leaves.map(|(beam, range_m)| if is_there(beam) { range_m } else { 2.0 }).collect()
+        };
+        for ticks_per_m in [100.0, 1000.0] {
+            // Slower, a lag is less than a tick of the coarse one, and some pairs have none.
+            for crawl in [0.07, 0.08, 0.1, 0.12, 0.15] {
+                let way = |s: f64| s.min(1.9) + crawl * (s - 1.9).clamp(0.0, 9.0) + (s - 10.9).max(0.0);
+                let (crawls, _) = drive(18.0, dense, way, way, ticks_per_m);
+                assert_eq!(crawls.stuck(), 0, "{crawl} at {ticks_per_m}");
+                let (misses, scans) = drive(18.0, dense, |s| s, way, ticks_per_m);
+                assert!(misses.is_stuck(scans), "{crawl} at {ticks_per_m}: {}", misses.stuck());
             }
         }
     }

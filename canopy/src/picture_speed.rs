@@ -9,21 +9,22 @@ use std::collections::VecDeque;
 
 /// Speeds that are told apart are so many of each doubling.
 const STEPS_PER_DOUBLING: f64 = 4.0;
-/// The slowest and the number of steps: from 1/64 of the rig's speed to 16 times it.
-const SLOWEST: f64 = 1.0 / 64.0;
-const STEPS: usize = 40;
+/// The slowest and the number of steps: from 1/128 of the rig's speed to 16 times it.
+const SLOWEST: f64 = 1.0 / 128.0;
+const STEPS: usize = 44;
 /// Of the usual speed, that is the usual one.
 const USUAL: (f64, f64) = (0.8, 1.25);
-/// Speeds by the encoder, of the faster one, at which the picture must be slower: below, it nearly stands, which is told elsewhere.
-const SLOWER: [(f64, f64); 2] = [(0.125, 0.25), (0.25, 0.5)];
+/// Speeds by the encoder, of the faster one, at which the picture must be slower, and the ratio at the faster one up to which that is told: where scans lie
+/// too far apart, half the speed changes it little. Below, it nearly stands, which is told elsewhere.
+const SLOWER: [((f64, f64), f64); 4] =
+    [((0.03, 0.0625), 0.72), ((0.0625, 0.125), 0.72), ((0.125, 0.25), 0.72), ((0.25, 0.5), 0.66)];
 /// A slow picture has less than so much of the ratio at the faster speed.
 const BORDER: f64 = 0.92;
-/// Ratios at the faster speed that tell something. Below, leaves move faster than the scanner does, or scans follow each other within a leaf; above, all
-/// changes from scan to scan.
-const TELLING: (f64, f64) = (0.35, 0.75);
+/// The smallest ratio at the faster speed that tells something. Below, leaves move faster than the scanner does, or scans follow each other within a leaf.
+const LEAST_RATIO: f64 = 0.35;
 /// Pairs of a speed that tell something, and what a lag must change there, at least and of what it changes at the other speed.
 const LEAST_PAIRS: u32 = 30;
-const LEAST_SHARE: f64 = 0.05;
+const LEAST_SHARE: f64 = 0.01;
 const LEAST_OF_OTHER: f64 = 0.5;
 
 /// A way of which less is left between its ends came back.
@@ -118,22 +119,22 @@ impl PictureSpeed {
         let scaled = |(least, most): (f64, f64), by: f64| (least * by, most * by);
         let usually = self.between(scaled(USUAL, usual));
         let mut refuting = 0;
-        for (least, most) in SLOWER {
+        for ((least, most), most_ratio) in SLOWER {
             let slower = self.between(scaled((least, most), usual));
-            refuting += if is_as_fast(usually, slower) { u64::from(slower.count) } else { 0 };
+            refuting += if is_as_fast(usually, slower, most_ratio) { u64::from(slower.count) } else { 0 };
             // Most of the way may be what it misses ticks of: then it tells a faster drive where it is in order.
             let faster = self.between(scaled((1.0 / most, 1.0 / least), usual));
-            refuting += if is_as_fast(faster, usually) { u64::from(faster.count) } else { 0 };
+            refuting += if is_as_fast(faster, usually, most_ratio) { u64::from(faster.count) } else { 0 };
         }
         refuting
     }
 }
 
-/// Whether the picture is as fast in `slower` as in `faster`, where that can be told.
-fn is_as_fast(faster: Pairs, slower: Pairs) -> bool {
+/// Whether the picture is as fast in `slower` as in `faster`, where that can be told: up to such a ratio of the faster one.
+fn is_as_fast(faster: Pairs, slower: Pairs, most_ratio: f64) -> bool {
     let can_be_told = faster.tell()
         && slower.tell()
-        && (TELLING.0..=TELLING.1).contains(&faster.ratio())
+        && (LEAST_RATIO..=most_ratio).contains(&faster.ratio())
         && slower.mean_lag() >= LEAST_OF_OTHER * faster.mean_lag();
     can_be_told && slower.ratio() > BORDER * faster.ratio()
 }
