@@ -58,21 +58,27 @@ pub(crate) fn judge(expect: &Expect, run: &RunRecord) -> Result<Judged, String> 
     if wanted.number.is_none() && said.iter().all(|said| said.is_told) {
         return Err(unknown(format!("task controller set DDI {}", setpoint.unwrap_or_default())));
     }
-    let (mut told, mut set, mut first) = (None, None, None);
+    let (mut told_last, mut set, mut first) = (None, None, None);
+    // What was told over a connection that was given up since holds no more.
+    let holds = |(told_at, _): &(SimTime, i32), at: SimTime| {
+        !run.given_up.iter().any(|given_up| told_at <= given_up && *given_up <= at)
+    };
     let mut rest = said.into_iter().peekable();
     while let Some(Said { at, is_told, data }) = rest.next_if(|said| said.at <= due) {
         if is_told {
-            told = Some(data.value);
+            told_last = Some((at, data.value));
         } else {
             set = Some(merged(set, data.value, data.ddi));
         }
         // What is said up to the event, or at one instant after it, holds together.
         let is_last = rest.peek().is_none_or(|next| next.at > at.max(from));
+        let told = told_last.filter(|told| holds(told, at.max(from))).map(|(_, value)| value);
         if is_last && wanted.is_so(told, set) {
             first = Some(at.max(from));
             break;
         }
     }
+    let told = told_last.filter(|told| holds(told, due)).map(|(_, value)| value);
     let words =
         |value: Option<i32>| value.map_or("nothing".to_owned(), |value| format!("{value} ({value:#X})"));
     let s = |at: SimTime| at.as_secs_f64() - from.as_secs_f64();

@@ -100,6 +100,8 @@ pub(crate) struct RunRecord {
     pub(crate) truths: BTreeMap<String, truth::Trees>,
     /// What the sprayer did, or why that is unknown; none where there is none.
     pub(crate) sprayer: Option<Result<SprayerRun, String>>,
+    /// When connections between task controllers and clients were given up.
+    pub(crate) given_up: Vec<SimTime>,
     /// Bytes that the clients of devices had not read at its end, by the device's id: of those that were a second of scans and more behind.
     pub(crate) unread: BTreeMap<String, u64>,
     /// What the user should know of the scene.
@@ -234,6 +236,7 @@ async fn drive(
     let told = runs.flat_map(|run| run.unheeded().into_iter().chain(run.in_part()));
     let known: Vec<String> = boom.chain(told).chain(idle_setpoints(&rig.sections)).collect();
     record.warnings.extend(known.into_iter().chain(rig.refused.told()));
+    record.given_up = rig.sections.given_up().into_iter().chain(rig.clients.lost()).collect();
     let tasks = scenario.buses.iter().filter_map(|bus| bus.task.as_ref());
     record.warnings.extend(tasks.flat_map(|task| task.told(&rig.clients.news(), &rig.clients.steps())));
     let left = ended.as_ref().ok().and_then(Option::as_deref);

@@ -336,7 +336,7 @@ pub const WHATS: &[What] = &[
     What {
         name: "ddi",
         keys: &["element", "ddi", "value", "after", "within_s"],
-        tells: "ISOBUS: what was told last of a DDI of an element of a task controller's client is `value`, a whole number, or \"as_setpoint\": what was set last by 290 (of 161), 289 (141) or 1 (2); so many simulated seconds after an event at the latest [0]",
+        tells: "ISOBUS: what was told last of a DDI of an element of a task controller's client is `value`, a whole number, or \"as_setpoint\": what was set last by 290 (of 161), 289 (141), 1 (2) or by itself (1, 158, 160, 289, 290); what was told over a connection that was given up since holds no more; so many simulated seconds after an event at the latest [0]",
         kind: Kind::ProcessValue,
     },
 ];

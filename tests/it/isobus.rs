@@ -244,6 +244,16 @@ fn without_its_task_controller_the_boom_is_safe_by_on_loss() {
         "fault =",
         "sprayer = { boom = \"boom.toml\", isobus = \"can0\", on_loss = \"hold\" }\nfault =",
     );
+    // What the client told before it gave up says nothing of it now.
+    let stale = "use = \"isobus-lost.toml\"\nend = { row_m = 16 }\nexpect = [{ what = \"ddi\", element = 2, ddi = 160, value = 1, after = \"gone\", within_s = 0.5 }, \
+        { what = \"ddi\", element = 2, ddi = 160, value = 1, after = \"row:14\", within_s = 0.5 }]\n";
+    std::fs::write(scenarios.join("stale.toml"), stale).expect("written");
+    let found = judged(&scenarios.join("stale.toml"), "none", &folder.path().join("stale")).expect("Python");
+    assert_eq!(
+        found.iter().map(|(_, verdict, _)| verdict.as_str()).collect::<Vec<_>>(),
+        ["passed", "failed"],
+        "{found:#?}"
+    );
     assert_ne!(words, holds);
     std::fs::write(scenarios.join("holds.toml"), holds).expect("written");
     let found = judged(&scenarios.join("holds.toml"), "none", &folder.path().join("hold")).expect("Python");

@@ -20,6 +20,8 @@ struct Setpoints {
     orders: Vec<SectionOrder>,
     /// Setpoints that commanded nothing, by DDI, element and why: the first one, and how many there were.
     idle: BTreeMap<(u16, u16, Unheeded), (SimTime, u64)>,
+    /// When the client gave a connection up.
+    given_up: Vec<SimTime>,
 }
 
 /// Kinds of setpoints without effect that are kept.
@@ -49,11 +51,18 @@ impl SectionLog {
         self.lock().idle.iter().map(of).collect()
     }
 
+    /// When the client gave a connection up so far: what it told before holds no more.
+    pub fn given_up(&self) -> Vec<SimTime> {
+        self.lock().given_up.clone()
+    }
+
     /// After anything that `client` did.
     fn extend(&self, client: &mut TaskClient) {
-        let (orders, idle) = (client.take_orders(), client.take_idle());
+        let (orders, idle, given_up) = (client.take_orders(), client.take_idle(), client.take_given_up());
         let mut setpoints = self.lock();
         setpoints.orders.extend(orders);
+        let room = MOST_IDLE.saturating_sub(setpoints.given_up.len());
+        setpoints.given_up.extend(given_up.into_iter().take(room));
         for IdleSetpoint { at, element, ddi, why } in idle {
             let kind = (ddi, element, why);
             if setpoints.idle.len() < MOST_IDLE || setpoints.idle.contains_key(&kind) {
@@ -94,6 +103,12 @@ impl ClientLog {
     /// All so far.
     pub fn news(&self) -> Vec<News> {
         self.lock().news.clone()
+    }
+
+    /// When a client was lost so far: what it told before holds no more.
+    pub fn lost(&self) -> Vec<SimTime> {
+        let news = self.news().into_iter();
+        news.filter(|news| news.what == What::Lost).map(|news| news.at).collect()
     }
 
     /// All steps that were due so far, in the order of time.

@@ -28,7 +28,7 @@ impl ProcessValue {
         };
         let number = match value {
             Value::String(word) if word == AS_SETPOINT => None,
-            other => Some(other.as_i64().and_then(|number| i32::try_from(number).ok()).ok_or_else(|| {
+            other => Some(other.as_i64().and_then(of_32_bits).ok_or_else(|| {
                 format!("`value`: expected a whole number of 32 bits or \"{AS_SETPOINT}\", found {other}")
             })?),
         };
@@ -79,11 +79,19 @@ impl ProcessValue {
             (Some(number), told, _) => told == Some(number),
             (None, Some(told), Some(set)) if ddi::word(self.ddi, ddi::ACTUAL_SECTIONS).is_some() => {
                 let pairs = ddi::sections(told).into_iter().zip(ddi::sections(set));
-                pairs.into_iter().all(|(told, set)| set.is_on().is_none() || told == set)
+                // A section that there is not is as shut as it was set.
+                pairs.into_iter().all(|(told, set)| {
+                    set.is_on().is_none() || told == set || (told, set) == (Work::Absent, Work::Off)
+                })
             }
             (None, told, set) => told.is_some() && told == set,
         }
     }
+}
+
+/// A number of 32 bits, with a sign or without.
+fn of_32_bits(number: i64) -> Option<i32> {
+    i32::try_from(number).ok().or_else(|| u32::try_from(number).ok().map(|bits| bits as i32))
 }
 
 /// What was set before, with what is set now: a section that is left as it is keeps its state.
@@ -118,6 +126,16 @@ mod tests {
         assert!(sections.is_so(word(0xFFFF_FF15), word(0xFFFF_FFDD)));
         assert!(!sections.is_so(word(0xFFFF_FF14), word(0xFFFF_FF11)));
         assert!(!sections.is_so(None, word(0xFFFF_FF11)) && !sections.is_so(word(5), None));
+        // A section that there is not is as shut as it was set, and never open.
+        assert!(sections.is_so(word(0xFFFF_FF11), word(0x0000_0011)));
+        assert!(!sections.is_so(word(0xFFFF_FF11), word(0x0000_0111)));
+        for (set, setpoint) in [(1, 1), (2, 1), (141, 289), (160, 160), (161, 290), (162, 291), (290, 290)] {
+            assert_eq!(value(set, 1.into()).expect("a number").setpoint(), Some(setpoint), "{set}");
+        }
+        assert_eq!(
+            value(161, 0xFFFF_FF55_u32.into()).expect("without a sign"),
+            value(161, (-171).into()).expect("with one")
+        );
         // What was set before still holds of them.
         assert_eq!(merged(word(0xFFFF_FF11), 0xFFFF_FFDC_u32 as i32, 290), 0xFFFF_FF10_u32 as i32);
         let width = value(67, 4000.into()).expect("a number");

@@ -140,10 +140,15 @@ fn holds((name, course, window): Heard<'_>, expect: &Expect, words: &str) -> Res
                 return Err(past_end(name, seconds_after(*begin, long.unwrap_or_default()), window));
             }
             let last = course.0.last().copied();
+            let lengths = stretches.iter().map(|(begin, end)| end.0 - begin.0);
+            let found = match lengths.max() {
+                None => "never so to the end of the run".to_owned(),
+                Some(longest) => format!("so for {:.3} s at the longest", longest as f64 / 1e9),
+            };
             Judged::holds(
                 false,
                 format!(
-                    "expected {name} {words}{of_long} within {within_s} s, found it never so to the end of the run; its last value is {}",
+                    "expected {name} {words}{of_long} within {within_s} s, found it {found}; its last value is {}",
                     last.map_or("unknown, for it was never heard".to_owned(), |last| told(Some(last)))
                 ),
             )

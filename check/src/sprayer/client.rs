@@ -164,6 +164,9 @@ fn idle_words(IdleSetpoints { first, count }: &IdleSetpoints) -> String {
             "to a reserved state (error or undefined): it commanded nothing, and was refused (0x40)".to_owned()
         }
         Unheeded::InManual => "while section control (DDI 160) was manual: it commanded nothing; set 160 to 1 first, or start with `section_control = \"automatic\"`".to_owned(),
+        Unheeded::NoSuchSection => "and opened sections that the boom does not have".to_owned(),
+        Unheeded::NotConnected => "while the client had no task controller (its pool not active, or no status for 6 s): it commanded nothing".to_owned(),
+        Unheeded::OtherSender => "by another sender than the connected task controller: it commanded nothing".to_owned(),
         Unheeded::Refused(bits) => format!("and refused (0x{bits:02X}: {})", refusal::words(*bits)),
         other => format!("in vain ({other:?})"),
     };

@@ -56,6 +56,12 @@ pub enum Unheeded {
     Reserved,
     /// It is of sections, and section control is manual.
     InManual,
+    /// It opens sections that there are none of.
+    NoSuchSection,
+    /// No task controller is connected: none has activated the pool, or its status has not come for too long.
+    NotConnected,
+    /// Another task controller than the sender is connected.
+    OtherSender,
     /// It was refused: bits of [`crate::isobus::process_data::refusal`].
     Refused(u8),
 }
@@ -65,7 +71,7 @@ impl Unheeded {
     pub(super) fn refusal(self) -> u8 {
         match self {
             Self::Reserved => refusal::VALUE,
-            Self::InManual => 0,
+            Self::InManual | Self::NoSuchSection | Self::NotConnected | Self::OtherSender => 0,
             Self::Refused(bits) => bits,
         }
     }
@@ -130,11 +136,14 @@ impl Bank {
     pub(super) fn set(&mut self, at: SimTime, ddi: u16, value: i32, policy: OnLoss) -> Result<(), Unheeded> {
         if let Some(word) = ddi::word(ddi, ddi::SETPOINT_SECTIONS) {
             let is_reserved = self.asks_for_error(word, value);
+            let own = self.in_word(word);
+            let opens_none = ddi::sections(value).into_iter().skip(own).any(|work| work == Work::On);
             self.set_sections(at, word, value);
             return match (is_reserved, self.is_automatic) {
                 (true, _) => Err(Unheeded::Reserved),
-                (false, true) => Ok(()),
                 (false, false) => Err(Unheeded::InManual),
+                (false, true) if opens_none => Err(Unheeded::NoSuchSection),
+                (false, true) => Ok(()),
             };
         }
         let two_states = || match value {
@@ -164,8 +173,12 @@ impl Bank {
 
     /// True if a word has the state "error" for one of the sections: "absent" leaves one as it is.
     fn asks_for_error(&self, word: u16, value: i32) -> bool {
-        let own = self.valves.len().saturating_sub(usize::from(word * ddi::SECTIONS));
-        ddi::sections(value).into_iter().take(own).any(|work| work == Work::Error)
+        ddi::sections(value).into_iter().take(self.in_word(word)).any(|work| work == Work::Error)
+    }
+
+    /// Sections that there are from this word's first one on.
+    fn in_word(&self, word: u16) -> usize {
+        self.valves.len().saturating_sub(usize::from(word * ddi::SECTIONS))
     }
 
     /// In manual the task controller's wishes have no effect: what they name stays as it is.

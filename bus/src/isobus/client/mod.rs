@@ -70,6 +70,13 @@ pub struct TaskClient {
     is_settled: bool,
     /// What was set and commanded nothing, until it is taken.
     idle: Vec<IdleSetpoint>,
+    /// When it gave a connection up, until that is taken.
+    given_up: Vec<SimTime>,
+}
+
+/// Whether a command sets a value.
+fn is_setpoint(what: u8) -> bool {
+    matches!(what, command::VALUE | command::SET_AND_ACKNOWLEDGE)
 }
 
 /// A setpoint that commanded nothing.
@@ -108,6 +115,7 @@ impl TaskClient {
             trouble: Trouble::default(),
             is_settled: false,
             idle: Vec::new(),
+            given_up: Vec::new(),
         }
     }
 
@@ -138,6 +146,11 @@ impl TaskClient {
     /// What sections were told since the last call.
     pub fn take_orders(&mut self) -> Vec<SectionOrder> {
         self.bank.take_orders()
+    }
+
+    /// When it gave a connection up, since the last call: what it told before holds no more.
+    pub fn take_given_up(&mut self) -> Vec<SimTime> {
+        std::mem::take(&mut self.given_up)
     }
 
     /// Setpoints since the last call that commanded nothing.
@@ -248,6 +261,9 @@ impl TaskClient {
     }
 
     fn lost(&mut self, at: SimTime) {
+        if self.given_up.len() < MOST_IDLE {
+            self.given_up.push(at);
+        }
         self.triggers.clear();
         self.transport.forget();
         (self.status_due, self.is_active) = (None, false);
@@ -294,7 +310,15 @@ impl TaskClient {
             return;
         }
         // One that is busy says nothing but that.
-        if self.session.server != Some(id.source) || self.trouble.is_busy {
+        let is_server = self.session.server == Some(id.source);
+        if is_setpoint(told.command) && Some(id.destination) == self.address {
+            match (is_server, self.session.state == Connection::Connected) {
+                (true, true) => {}
+                (false, true) => self.note_idle(at, told, Unheeded::OtherSender),
+                (_, false) => self.note_idle(at, told, Unheeded::NotConnected),
+            }
+        }
+        if !is_server || self.trouble.is_busy {
             return;
         }
         let say = match told.command {
@@ -343,6 +367,13 @@ impl TaskClient {
             if element == element::BOOM && always(ddi) {
                 self.triggers.on_change((element, ddi), 0);
             }
+        }
+    }
+
+    /// A setpoint commands nothing.
+    fn note_idle(&mut self, at: SimTime, told: ProcessData, why: Unheeded) {
+        if self.idle.len() < MOST_IDLE {
+            self.idle.push(IdleSetpoint { at, element: told.element, ddi: told.ddi, why });
         }
     }
 
@@ -397,11 +428,11 @@ impl TaskClient {
             (Some(_), command::ACKNOWLEDGE | command::CLIENT_STATUS) => return,
             (Some(_), _) => refusal::COMMAND,
         };
-        if refusals != 0 && matches!(what, command::VALUE | command::SET_AND_ACKNOWLEDGE) {
+        if refusals != 0 && is_setpoint(what) {
             idle = idle.or(Some(Unheeded::Refused(refusals)));
         }
-        if let Some(why) = idle.filter(|_| self.idle.len() < MOST_IDLE) {
-            self.idle.push(IdleSetpoint { at, element, ddi, why });
+        if let Some(why) = idle {
+            self.note_idle(at, told, why);
         }
         if refusals != 0 || what == command::SET_AND_ACKNOWLEDGE {
             self.send(told.acknowledged(refusals), out);

@@ -201,6 +201,38 @@ fn without_a_status_for_six_seconds_the_task_controller_is_lost() {
     }
 }
 
+/// Whoever sets something learns why nothing came of it; what was told over a connection that was given up holds no more.
+#[test]
+fn setpoints_that_nobody_takes_are_noted_with_the_reason() {
+    let mut played = Played::new(4, OnLoss::Close);
+    let idle = |played: &mut Played| -> Vec<_> {
+        played.client.take_idle().into_iter().map(|idle| (idle.element, idle.ddi, idle.why)).collect()
+    };
+    played.pass(READY);
+    played.status();
+    played.set(290, word(&[1], &[]));
+    assert_eq!(idle(&mut played), [(2, 290, Unheeded::NotConnected)], "its pool is not active");
+    let mut played = Played::new(4, OnLoss::Close);
+    played.connect();
+    played.set(290, word(&[1], &[2, 3, 4]));
+    assert_eq!((idle(&mut played), played.client.take_given_up()), (vec![], vec![]));
+    // The fifth of four; the first is shut all the same.
+    played.set(290, word(&[5], &[1]));
+    assert_eq!(idle(&mut played), [(2, 290, Unheeded::NoSuchSection)]);
+    assert_eq!(
+        played.client.take_orders().last().map(|order| (order.number, order.is_open)),
+        Some((1, false))
+    );
+    let open = ProcessData { command: command::VALUE, element: 2, ddi: 290, value: 1 }.bytes();
+    played.hear(&process_data::frame((SERVER + 1, 0x91), open).expect("a frame"));
+    assert_eq!(idle(&mut played), [(2, 290, Unheeded::OtherSender)]);
+    let lost_at = played.client.session.heard.0 + 6 * S;
+    played.pass(lost_at);
+    assert_eq!(played.client.take_given_up(), [SimTime(lost_at)]);
+    played.set(160, 1);
+    assert_eq!(idle(&mut played), [(2, 160, Unheeded::NotConnected)]);
+}
+
 #[test]
 fn a_pool_that_is_there_is_used_and_another_one_is_deleted_first() {
     let mut played = Played::new(4, OnLoss::Close);
