@@ -262,9 +262,10 @@ impl EncoderWitness {
     pub(crate) fn stuck(&self) -> u64 {
         let Some(speed_m_s) = self.speeds.median_m_s() else { return 0 };
         let typical = speed_m_s / self.rig_m_s;
+        let slow_beside_picture = self.picture.refuting(typical);
         let (pairs, far) = ChangedPairs::mean(self.pairs.between(typical / 2.0, f64::INFINITY));
         if pairs < LEAST_PAIRS || far < LEAST_SHARE {
-            return 0;
+            return slow_beside_picture;
         }
         let near = self.neighbours.1 / self.neighbours.0;
         let (most, border) = if far - near >= LEAST_DIFFERENCE {
@@ -281,10 +282,7 @@ impl EncoderWitness {
         let (sum, again) = self.again;
         let is_other = again >= LEAST_PAIRS && sum > OTHER_PLACE * f64::from(again);
         let behind = if is_other { self.behind } else { 0 };
-        beyond(&self.pairs, border)
-            + beyond(&self.at_place, border / far)
-            + behind
-            + self.picture.refuting(typical)
+        beyond(&self.pairs, border) + beyond(&self.at_place, border / far) + behind + slow_beside_picture
     }
 
     /// True where the picture stood still while the encoder counted nothing: the tractor stands, or drives along what looks the same everywhere.
@@ -478,6 +476,12 @@ mod tests {
                 assert_eq!(crawls.stuck(), 0, "{crawl} at {ticks_per_m}");
                 let (misses, scans) = drive(18.0, dense, |s| s, way, ticks_per_m);
                 assert!(misses.is_stuck(scans), "{crawl} at {ticks_per_m}: {}", misses.stuck());
+                // Of small trees a lag changes a beam in thirty.
+                let small = |y_m: f64| past_canopy(y_m).into_iter().chain([2.0; 800]).collect();
+                let (crawls, _) = drive(18.0, small, way, way, ticks_per_m);
+                assert_eq!(crawls.stuck(), 0, "small trees: {crawl} at {ticks_per_m}");
+                let (misses, scans) = drive(18.0, small, |s| s, way, ticks_per_m);
+                assert!(misses.is_stuck(scans), "small trees: {crawl} at {ticks_per_m}: {}", misses.stuck());
             }
         }
     }

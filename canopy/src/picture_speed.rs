@@ -14,14 +14,17 @@ const SLOWEST: f64 = 1.0 / 128.0;
 const STEPS: usize = 44;
 /// Of the usual speed, that is the usual one.
 const USUAL: (f64, f64) = (0.8, 1.25);
-/// Speeds by the encoder, of the faster one, at which the picture must be slower, and the ratio at the faster one up to which that is told: where scans lie
-/// too far apart, half the speed changes it little. Below, it nearly stands, which is told elsewhere.
+/// Speeds by the encoder, of the faster one, at which the picture must be slower, and how far neighbours may lie apart at the faster one, metres: where
+/// that is more than a leaf, half the speed changes little (`tall_spindle`, 60 mm: a third of the speed 0.93 times the ratio). Below, it nearly stands,
+/// which is told elsewhere.
 const SLOWER: [((f64, f64), f64); 4] =
-    [((0.03, 0.0625), 0.72), ((0.0625, 0.125), 0.72), ((0.125, 0.25), 0.72), ((0.25, 0.5), 0.66)];
+    [((0.03, 0.0625), 0.075), ((0.0625, 0.125), 0.075), ((0.125, 0.25), 0.075), ((0.25, 0.5), 0.045)];
 /// A slow picture has less than so much of the ratio at the faster speed.
 const BORDER: f64 = 0.92;
 /// The smallest ratio at the faster speed that tells something. Below, leaves move faster than the scanner does, or scans follow each other within a leaf.
 const LEAST_RATIO: f64 = 0.35;
+/// The largest: above, all changes from scan to scan.
+const MOST_RATIO: f64 = 0.75;
 /// Pairs of a speed that tell something, and what a lag must change there, at least and of what it changes at the other speed.
 const LEAST_PAIRS: u32 = 30;
 const LEAST_SHARE: f64 = 0.01;
@@ -30,12 +33,13 @@ const LEAST_OF_OTHER: f64 = 0.5;
 /// A way of which less is left between its ends came back.
 const STRAIGHT: f64 = 0.95;
 
-/// Pairs a lag apart: how many, Σ of what a lag changed, and Σ of what neighbours within it did on average.
+/// Pairs a lag apart: how many, Σ of what a lag changed, Σ of what neighbours within it did on average, and Σ of the way between those, metres.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pairs {
     count: u32,
     lag: f64,
     neighbours: f64,
+    neighbours_m: f64,
 }
 
 impl Pairs {
@@ -44,6 +48,7 @@ impl Pairs {
             count: self.count + other.count,
             lag: self.lag + other.lag,
             neighbours: self.neighbours + other.neighbours,
+            neighbours_m: self.neighbours_m + other.neighbours_m,
         }
     }
 
@@ -100,10 +105,12 @@ impl PictureSpeed {
         if self.neighbours.len() < self.lag || sum.is_nan() || apart_m < STRAIGHT * way_m {
             return;
         }
-        let neighbours = sum / self.lag as f64;
+        let (neighbours, neighbours_m) = (sum / self.lag as f64, way_m / self.lag as f64);
         let step = ((speed / SLOWEST).log2() * STEPS_PER_DOUBLING).floor();
         let pairs = (step >= 0.0).then(|| self.at_speed.get_mut(step as usize)).flatten();
-        pairs.into_iter().for_each(|pairs| *pairs = pairs.plus(Pairs { count: 1, lag, neighbours }));
+        pairs
+            .into_iter()
+            .for_each(|pairs| *pairs = pairs.plus(Pairs { count: 1, lag, neighbours, neighbours_m }));
     }
 
     /// Those from one speed to another, each step by its middle.
@@ -119,22 +126,23 @@ impl PictureSpeed {
         let scaled = |(least, most): (f64, f64), by: f64| (least * by, most * by);
         let usually = self.between(scaled(USUAL, usual));
         let mut refuting = 0;
-        for ((least, most), most_ratio) in SLOWER {
+        for ((least, most), farthest_m) in SLOWER {
             let slower = self.between(scaled((least, most), usual));
-            refuting += if is_as_fast(usually, slower, most_ratio) { u64::from(slower.count) } else { 0 };
+            refuting += if is_as_fast(usually, slower, farthest_m) { u64::from(slower.count) } else { 0 };
             // Most of the way may be what it misses ticks of: then it tells a faster drive where it is in order.
             let faster = self.between(scaled((1.0 / most, 1.0 / least), usual));
-            refuting += if is_as_fast(faster, usually, most_ratio) { u64::from(faster.count) } else { 0 };
+            refuting += if is_as_fast(faster, usually, farthest_m) { u64::from(faster.count) } else { 0 };
         }
         refuting
     }
 }
 
-/// Whether the picture is as fast in `slower` as in `faster`, where that can be told: up to such a ratio of the faster one.
-fn is_as_fast(faster: Pairs, slower: Pairs, most_ratio: f64) -> bool {
+/// Whether the picture is as fast in `slower` as in `faster`, where that can be told: with neighbours no farther apart in the faster one.
+fn is_as_fast(faster: Pairs, slower: Pairs, farthest_m: f64) -> bool {
     let can_be_told = faster.tell()
         && slower.tell()
-        && (LEAST_RATIO..=most_ratio).contains(&faster.ratio())
+        && (LEAST_RATIO..=MOST_RATIO).contains(&faster.ratio())
+        && faster.neighbours_m <= farthest_m * f64::from(faster.count)
         && slower.mean_lag() >= LEAST_OF_OTHER * faster.mean_lag();
     can_be_told && slower.ratio() > BORDER * faster.ratio()
 }
