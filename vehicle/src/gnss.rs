@@ -161,7 +161,7 @@ pub struct Fix {
     pub geoid_m: f64,
     /// Where the tractor points, degrees clockwise from north, [0, 360).
     pub heading_deg: f64,
-    /// Course over ground: the heading, or its opposite in reverse.
+    /// Course over ground of the antenna: the heading, or its opposite in reverse, and beside it in a turn.
     pub course_deg: f64,
     /// Speed over ground, m/s, never negative.
     pub speed_m_s: f64,
@@ -235,7 +235,11 @@ impl Receiver {
             if deg < 360.0 { deg } else { 0.0 }
         };
         let heading_deg = turned(gnss.azimuth_deg + place.heading_rad.to_degrees());
-        let back = if motion.speed_m_s < 0.0 { 180.0 } else { 0.0 };
+        // In a turn the antenna moves about the tractor's reference point as well.
+        let turns_rad_s = motion.speed_m_s * place.curvature_1_m;
+        let ahead_m_s = motion.speed_m_s - turns_rad_s * gnss.antenna_right_m;
+        let right_m_s = turns_rad_s * gnss.antenna_forward_m;
+        let off_heading = libm::atan2(right_m_s, ahead_m_s).to_degrees();
         let fix = Fix {
             quality,
             unix_s: self.start_s + t_s,
@@ -244,8 +248,8 @@ impl Receiver {
             altitude_m: gnss.altitude_m + gnss.antenna_up_m + motion.up_m + 2.0 * noise_m * up,
             geoid_m: gnss.geoid_m,
             heading_deg,
-            course_deg: turned(heading_deg + back),
-            speed_m_s: motion.speed_m_s.abs(),
+            course_deg: turned(heading_deg + off_heading),
+            speed_m_s: libm::hypot(ahead_m_s, right_m_s),
             satellites: 14,
             hdop: 0.7,
         };
@@ -347,6 +351,47 @@ mod tests {
                 (-180.0..180.0).contains(&fix.longitude_deg) && fix.longitude_deg * side > 0.0,
                 "{fix:?}"
             );
+        }
+    }
+
+    /// In turns either way, ahead and in reverse, an antenna anywhere on the tractor goes where it says, and as fast.
+    #[test]
+    fn course_and_speed_are_the_antennas() {
+        use crate::trajectory::{Course, SpeedProfile};
+        for (forward_m, right_m) in [(0.0, 0.0), (0.4, 0.0), (3.0, 2.0), (-1.0, -0.5)] {
+            let gnss = Gnss {
+                azimuth_deg: 30.0,
+                antenna_forward_m: forward_m,
+                antenna_right_m: right_m,
+                ..Gnss::default()
+            };
+            let receiver = Receiver::new(gnss, 1);
+            for speed_m_s in [1.5, -1.5] {
+                let course = Course {
+                    start_m: if speed_m_s > 0.0 { 0.0 } else { 60.0 },
+                    alley: 0,
+                    turns: Some((3, 20.0)),
+                    ..Course::default()
+                };
+                let profile = SpeedProfile::constant(speed_m_s);
+                let trajectory = Trajectory::new(profile, course, 0.5);
+                let at = |ms: u64| receiver.fix(SimTime(ms * 1_000_000), &trajectory.at(ms as f64 / 1000.0));
+                for ms in (100..30_000).step_by(130) {
+                    let (before, here, after) = (at(ms - 5), at(ms), at(ms + 5));
+                    let north_m = (after.latitude_deg - before.latitude_deg) * receiver.m_per_deg.0;
+                    let east_m = (after.longitude_deg - before.longitude_deg) * receiver.m_per_deg.1;
+                    let moved_m_s = libm::hypot(north_m, east_m) / 0.01;
+                    // But where a turn begins or ends, and the antenna jerks.
+                    let is_steady = (before.course_deg - after.course_deg + 540.0).rem_euclid(360.0) - 180.0;
+                    if is_steady.abs() > 1.0 {
+                        continue;
+                    }
+                    assert!((moved_m_s - here.speed_m_s).abs() < 1e-3, "{ms} ms: {moved_m_s} m/s, {here:?}");
+                    let towards_deg = libm::atan2(east_m, north_m).to_degrees();
+                    let off = (towards_deg - here.course_deg + 540.0).rem_euclid(360.0) - 180.0;
+                    assert!(off.abs() < 0.1, "{ms} ms: {towards_deg}, {here:?}");
+                }
+            }
         }
     }
 

@@ -17,6 +17,8 @@ pub struct Place {
     pub y_m: f64,
     /// Clockwise from +Y as seen from above, radians.
     pub heading_rad: f64,
+    /// How fast the heading turns clockwise with the way, radians a metre; 0 straight ahead.
+    pub curvature_1_m: f64,
     /// The alley it drives in; none on the headland.
     pub alley: Option<Alley>,
     /// The row at whose foot the tractor stands, on a slope: all heights of what it carries count from there. None on the headland.
@@ -94,7 +96,7 @@ impl Course {
             let is_between_rows = self.turns.is_none() || (-CLEAR_M..=row_m + CLEAR_M).contains(&into_m);
             let (alley, stands_by) = (Some(alley), Some(stands_by));
             let (alley, stands_by) = if is_between_rows { (alley, stands_by) } else { (None, None) };
-            return Place { x_m: middle_m, y_m, heading_rad, alley, stands_by };
+            return Place { x_m: middle_m, y_m, heading_rad, curvature_1_m: 0.0, alley, stands_by };
         }
         let radius_m = self.row_spacing_m / 2.0;
         let angle = (into_m - row_m) / radius_m;
@@ -104,6 +106,7 @@ impl Course {
             x_m: middle_m + radius_m * (1.0 - cos),
             y_m: if backwards { end_m - radius_m * sin } else { end_m + radius_m * sin },
             heading_rad: if backwards { PI - angle } else { angle },
+            curvature_1_m: if backwards { -1.0 } else { 1.0 } / radius_m,
             alley: None,
             stands_by: None,
         }
@@ -123,7 +126,11 @@ mod tests {
             let here = course.at(f64::from(step) * 0.01);
             let moved_m = (here.x_m - before.x_m).hypot(here.y_m - before.y_m);
             assert!((moved_m - 0.01).abs() < 1e-5, "step {step}: {moved_m} m from {before:?} to {here:?}");
-            // It moves where it heads.
+            // It moves where it heads, and turns as it says: but where a turn begins or ends.
+            let turned = (here.heading_rad - before.heading_rad) / 0.01;
+            if here.curvature_1_m == before.curvature_1_m {
+                assert!((turned - here.curvature_1_m).abs() < 1e-6, "step {step}: {turned}");
+            }
             let (sin, cos) = (libm::sin(before.heading_rad), libm::cos(before.heading_rad));
             let ahead_m = (here.x_m - before.x_m) * sin + (here.y_m - before.y_m) * cos;
             assert!(ahead_m > 0.0099, "step {step}");
