@@ -145,6 +145,19 @@ fn what_has_no_place_is_refused_with_the_remedy() {
     assert!(!map.exists());
     let live = refused(&[&["estimate", "tcp://127.0.0.1:9"], &rest[..]].concat());
     assert_says(&live, &["is live", "rowscan record", "--map-from"]);
+    // One stated row for the rows on both sides, in any order of the scanners.
+    let both = folder.path().join("both.toml");
+    let scanner = |side: &str| format!("[[rig.scanner]]\nmodel = \"lms111\"\nrow = \"{side}\"\n");
+    for sides in [["right", "left"], ["left", "right"], ["right", "right"]] {
+        let one_scanner = SCENE.split_once("[[rig.scanner]]").expect("a scanner").0;
+        fs::write(&both, format!("{one_scanner}{}{}", scanner(sides[0]), scanner(sides[1])))
+            .expect("written");
+        let sources = [text(file), text(file), "--scanner", "0", "--scanner", "1"];
+        let flags = ["--rig", text(&both), "--map", text(&map), "--map-from", "41.6,0.84,30"];
+        let ended = run(&[&["estimate"], &sources[..], &flags[..]].concat());
+        let is_refused = ended.stderr.contains("--map-from says where one row lies");
+        assert_eq!(is_refused, sides[0] != sides[1], "{sides:?}: {}", ended.stderr);
+    }
     let name = refused(&["estimate", text(file), "--rig", text(scene), "--map", "map.shp"]);
     assert_says(&name, &["map.shp", ".gpkg", ".tif"]);
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use rowscan_driver::Source;
-use rowscan_protocol::rig::Rig;
+use rowscan_protocol::rig::{Rig, RowSide};
 use rowscan_scenes::Scene;
 
 use super::super::Failure;
@@ -50,6 +50,19 @@ impl MapArgs {
     /// The antenna's place, where it was said.
     pub(super) fn antenna(&self) -> Option<Antenna> {
         self.antenna
+    }
+
+    /// Refuses one stated row for scanners that look at the rows on both sides.
+    pub(super) fn check_rows(&self, rigs: &[Rig], scanners: &[usize]) -> Result<(), Failure> {
+        let sides =
+            rigs.iter().zip(scanners).filter_map(|(rig, scanner)| Some(rig.scanners.get(*scanner)?.row));
+        let mut sides: Vec<RowSide> = sides.collect();
+        sides.dedup();
+        if self.map_from.is_none() || sides.len() < 2 {
+            return Ok(());
+        }
+        let why = "--map-from says where one row lies, and these scanners look at two, on the tractor's right and on its left: map each row by itself, with one source and its --scanner, or take a recording with a receiver";
+        Err(Failure::Usage(why.to_owned()))
     }
 
     /// Refuses, before anything is read, what no map can be made of, and an antenna that nothing asks for.

@@ -429,6 +429,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     let rigs: Vec<Rig> =
         rig.iter().flat_map(|rig| recorded.iter().map(|told: &Recorded| told.decides(rig))).collect();
     let maps = args.map.check(&args.sources, scene.as_ref(), args.other.is_by_receivers())?;
+    args.map.check_rows(&rigs, &scanners)?;
     args.other.check(&args.sources)?;
     if args.by == By::Band && args.profile.profile.is_none() {
         let why = "--by band writes the bands of a profile: say how high they are with --profile METRES";
