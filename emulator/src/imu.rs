@@ -1,5 +1,6 @@
 //! What an inertial measurement unit in a scanner reads on this tractor.
 
+use std::f64::consts::PI;
 use std::time::Duration;
 
 use glam::{DMat3, DQuat};
@@ -18,13 +19,13 @@ const BESIDE: Duration = Duration::from_millis(5);
 type Vector = [f64; 3];
 
 /// The reading at `at`, without its time: acceleration with gravity, rates and attitude in the scanner's axes (x straight ahead, y at +90°, z square
-/// to the scan plane); the attitude is that in the scene. Turns of the headland are not in it, for beams there are cast as in an alley.
+/// to the scan plane); the attitude is that in the scene.
 pub(crate) fn reading(world: &ScannerView, mirror: Mirror, at: SimTime) -> Imu {
     let before = SimTime(at.0.saturating_sub(BESIDE.as_nanos() as u64));
     let after = at + BESIDE;
     let between_s = Duration::from_nanos(after.0 - before.0).as_secs_f64();
-    let axes = world.axes_at(mirror, at);
-    let (axes_before, axes_after) = (world.axes_at(mirror, before), world.axes_at(mirror, after));
+    let axes = axes(world, mirror, at);
+    let (axes_before, axes_after) = (self::axes(world, mirror, before), self::axes(world, mirror, after));
     let (was, will) = (velocity(world.tractor(), before), velocity(world.tractor(), after));
     let [x, y, z]: Vector = std::array::from_fn(|k| (will[k] - was[k]) / between_s);
     let felt = [x, y, z + GRAVITY_M_S2];
@@ -39,6 +40,14 @@ pub(crate) fn reading(world: &ScannerView, mirror: Mirror, at: SimTime) -> Imu {
         orientation_wxyz: quaternion(axes).map(|part| part as f32),
         ..Imu::default()
     }
+}
+
+/// The scanner's axes in the scene. Beams on the headland are cast as in the first alley, and the tractor turns there.
+fn axes(world: &ScannerView, mirror: Mirror, at: SimTime) -> [Vector; 3] {
+    let place = world.tractor().motion(at).place;
+    let cast_rad = if place.alley.is_some_and(|alley| alley.backwards) { PI } else { 0.0 };
+    let (sin, cos) = (place.heading_rad - cast_rad).sin_cos();
+    world.axes_at(mirror, at).map(|[x, y, z]| [x * cos + y * sin, y * cos - x * sin, z])
 }
 
 /// Of the tractor over ground, in the scene.
@@ -61,7 +70,12 @@ fn quaternion(axes: [Vector; 3]) -> [f64; 4] {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::expect_used, reason = "a test fails by panicking")]
+
+    use rowscan_vehicle::trajectory::Drive;
+
     use super::*;
+    use crate::stage::Stage;
 
     /// The axes that a quaternion turns x, y and z to.
     fn axes([w, x, y, z]: [f64; 4]) -> [Vector; 3] {
@@ -70,6 +84,43 @@ mod tests {
             [2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)],
             [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)],
         ]
+    }
+
+    /// On the headland it turns as the tractor does, and what it feels is square to its way; the wind in the trees is nothing to it.
+    #[test]
+    fn it_turns_with_the_tractor_and_never_jumps() {
+        use rowscan_scenes::files::load_scene;
+
+        let mut scene = load_scene("spindle", |_| {}).expect("built in");
+        (scene.orchard.trees, scene.orchard.tree.iterations) = (Some(2), Some(3));
+        scene.drive = Drive { alleys: Some(3), ..Drive::default() };
+        scene.wind.speed_m_s = 5.0;
+        let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
+        let model = rowscan_protocol::model::by_name("picoscan150").expect("there");
+        let (device, world) = stage.scanner(0, model).expect("it fits");
+        world.tractor().begin(SimTime::ZERO);
+        let at = |ms: u64| {
+            let at = SimTime(ms * 1_000_000);
+            (world.tractor().motion(at), reading(&world, device.mirror(), at))
+        };
+        let length = |vector: [f32; 3]| vector.map(|part| f64::from(part).powi(2)).iter().sum::<f64>().sqrt();
+        let mut turned = 0;
+        for ms in (20..25_000).step_by(10) {
+            let ((before, was), (here, is)) = (at(ms - 10), at(ms));
+            let along: f64 =
+                was.orientation_wxyz.iter().zip(is.orientation_wxyz).map(|(a, b)| f64::from(a * b)).sum();
+            assert!(along.abs() > 0.9999, "{ms} ms: {:?} to {:?}", was.orientation_wxyz, is.orientation_wxyz);
+            // But where a turn begins or ends.
+            if at(ms + 10).0.place.curvature_1_m != before.place.curvature_1_m {
+                continue;
+            }
+            let rate_rad_s = here.speed_m_s * here.place.curvature_1_m.abs();
+            assert!((length(is.rate_rad_s) - rate_rad_s).abs() < 1e-3, "{ms} ms: {:?}", is.rate_rad_s);
+            let felt_m_s2 = (here.speed_m_s * rate_rad_s).hypot(GRAVITY_M_S2);
+            assert!((length(is.acceleration_m_s2) - felt_m_s2).abs() < 1e-2, "{ms} ms: {is:?}");
+            turned += u32::from(rate_rad_s > 0.0);
+        }
+        assert!(turned > 500, "two half circles: {turned}");
     }
 
     #[test]

@@ -127,6 +127,8 @@ struct Viewpoint {
     headland: bool,
     /// From +X towards +Z, by which the tractor has rolled, radians.
     tilt_rad: f64,
+    /// Of that, what stands for trees that lean.
+    lean_rad: f64,
     /// The scan plane's axes where that leans; the tilt is in them.
     axes: Option<Axes>,
     /// How far the beams of its layer leave that plane along +Y, radians.
@@ -287,12 +289,24 @@ impl ScannerView {
         };
         let lean = self.lean(y_m, at);
         let foot = [row_m, self.rise * row_m];
-        let (pose, tilt_rad) = (before_trees(Pose { x_m, y_m, z_m }, foot, lean), tilt_rad + lean.across);
+        let (pose, lean_rad) = (before_trees(Pose { x_m, y_m, z_m }, foot, lean), lean.across);
+        let tilt_rad = tilt_rad + lean_rad;
         let along_y_m = if alley.backwards { -swept_m } else { swept_m };
         let advance_m = if beams > 0.0 { along_y_m / beams } else { 0.0 };
         let moment = self.moment(at);
         let nozzle_changes = if self.eye.is_some() { self.tractor.nozzle_changes(at) } else { 0 };
-        Viewpoint { pose, towards_x, advance_m, headland, tilt_rad, axes, bend_rad, moment, nozzle_changes }
+        Viewpoint {
+            pose,
+            towards_x,
+            advance_m,
+            headland,
+            tilt_rad,
+            lean_rad,
+            axes,
+            bend_rad,
+            moment,
+            nozzle_changes,
+        }
     }
 
     /// How the trees abreast lean in the wind; those behind them are taken to lean alike.
@@ -335,7 +349,7 @@ impl ScannerView {
         // Straight ahead is 90° as CoLa counts.
         let towards = |device_deg: f64| -> [f64; 3] {
             let (up_share, row_share) =
-                ((sense * device_deg + offset_deg).to_radians() + view.tilt_rad).sin_cos();
+                ((sense * device_deg + offset_deg).to_radians() + view.tilt_rad - view.lean_rad).sin_cos();
             std::array::from_fn(|k| row_share * to_row[k] + up_share * up[k])
         };
         let (x, y) = (towards(90.0), towards(180.0));
