@@ -445,7 +445,7 @@ mod tests {
         for ticks_per_m in [100.0, 1000.0] {
             for counted in [0.15, 0.2, 0.3, 0.4] {
                 for slow_s in [3.0, 9.0] {
-                    // As told by an encoder that misses them from 4 s on; or there only most are counted.
+                    // The way by an encoder that misses them from 4 s on, and that of a tractor that is slow there.
                     let slow = |s: f64| {
                         s.min(4.0) + counted * (s - 4.0).clamp(0.0, slow_s) + (s - 4.0 - slow_s).max(0.0)
                     };

@@ -7,12 +7,12 @@
 
 use std::collections::VecDeque;
 
-/// Speeds that are told apart are so many of each doubling.
+/// Steps of speed a doubling.
 const STEPS_PER_DOUBLING: f64 = 4.0;
 /// The slowest and the number of steps: from 1/128 of the rig's speed to 16 times it.
 const SLOWEST: f64 = 1.0 / 128.0;
 const STEPS: usize = 44;
-/// Of the usual speed, that is the usual one.
+/// From so many times the usual speed to so many, a drive counts as usual.
 const USUAL: (f64, f64) = (0.8, 1.25);
 /// Speeds by the encoder, of the faster one, at which the picture must be slower, and how far neighbours may lie apart at the faster one, metres: where
 /// that is more than a leaf, half the speed changes little (`tall_spindle`, 60 mm: a third of the speed 0.93 times the ratio). Below, it nearly stands,
@@ -30,7 +30,7 @@ const LEAST_PAIRS: u32 = 30;
 const LEAST_SHARE: f64 = 0.01;
 const LEAST_OF_OTHER: f64 = 0.5;
 
-/// A way of which less is left between its ends came back.
+/// Where the ends of a way are less of its length apart, the tractor came back.
 const STRAIGHT: f64 = 0.95;
 
 /// Pairs a lag apart: how many, Σ of what a lag changed, Σ of what neighbours within it did on average, and Σ of the way between those, metres.

@@ -41,7 +41,7 @@ const BY_POWER: f64 = 1.5;
 
 /// Share of turns left out above which it is told: fewer are filled from their neighbours.
 const TURNS_TOLD: f64 = 0.01;
-/// For so long a speed must have been held to be told, seconds: a tenth of one is left in words.
+/// A speed that was held for less is not told, seconds: that is the time from a packet to the scan in it.
 const SPEED_HELD_S: f64 = 0.05;
 /// Share of a tree that must have been scanned for it to lie outside a range: less is a strip of its edge.
 const LEAST_OF_TREE: f64 = 0.5;
@@ -341,7 +341,6 @@ fn row(
     if pass.odometry.jumps() > 0 {
         estimate.warnings.push(Warning::EncoderJumped { times: pass.odometry.jumps() });
     }
-    // Less is the way from a packet to the scan in it.
     if pass.odometry.held_s() >= SPEED_HELD_S {
         estimate.warnings.push(Warning::SpeedHeld { seconds: pass.odometry.held_s() });
     }

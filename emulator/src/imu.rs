@@ -24,8 +24,7 @@ pub(crate) fn reading(world: &ScannerView, mirror: Mirror, at: SimTime) -> Imu {
     let before = SimTime(at.0.saturating_sub(BESIDE.as_nanos() as u64));
     let after = at + BESIDE;
     let between_s = Duration::from_nanos(after.0 - before.0).as_secs_f64();
-    let axes = axes(world, mirror, at);
-    let (axes_before, axes_after) = (self::axes(world, mirror, before), self::axes(world, mirror, after));
+    let [axes_before, axes, axes_after] = [before, at, after].map(|at| turned_axes(world, mirror, at));
     let (was, will) = (velocity(world.tractor(), before), velocity(world.tractor(), after));
     let [x, y, z]: Vector = std::array::from_fn(|k| (will[k] - was[k]) / between_s);
     let felt = [x, y, z + GRAVITY_M_S2];
@@ -43,7 +42,7 @@ pub(crate) fn reading(world: &ScannerView, mirror: Mirror, at: SimTime) -> Imu {
 }
 
 /// The scanner's axes in the scene. Beams on the headland are cast as in the first alley, and the tractor turns there.
-fn axes(world: &ScannerView, mirror: Mirror, at: SimTime) -> [Vector; 3] {
+fn turned_axes(world: &ScannerView, mirror: Mirror, at: SimTime) -> [Vector; 3] {
     let place = world.tractor().motion(at).place;
     let cast_rad = if place.alley.is_some_and(|alley| alley.backwards) { PI } else { 0.0 };
     let (sin, cos) = (place.heading_rad - cast_rad).sin_cos();

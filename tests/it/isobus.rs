@@ -244,6 +244,7 @@ fn without_its_task_controller_the_boom_is_safe_by_on_loss() {
         "fault =",
         "sprayer = { boom = \"boom.toml\", isobus = \"can0\", on_loss = \"hold\" }\nfault =",
     );
+    assert_ne!(words, holds);
     // What the client told before it gave up says nothing of it now.
     let stale = "use = \"isobus-lost.toml\"\nend = { row_m = 16 }\nexpect = [{ what = \"ddi\", element = 2, ddi = 160, value = 1, after = \"gone\", within_s = 0.5 }, \
         { what = \"ddi\", element = 2, ddi = 160, value = 1, after = \"row:14\", within_s = 0.5 }]\n";
@@ -254,7 +255,6 @@ fn without_its_task_controller_the_boom_is_safe_by_on_loss() {
         ["passed", "failed"],
         "{found:#?}"
     );
-    assert_ne!(words, holds);
     std::fs::write(scenarios.join("holds.toml"), holds).expect("written");
     let found = judged(&scenarios.join("holds.toml"), "none", &folder.path().join("hold")).expect("Python");
     assert_eq!(verdict(&found, "time_to_safe_s after gone").1, "failed", "{found:#?}");

@@ -382,8 +382,9 @@ mod tests {
                     let east_m = (after.longitude_deg - before.longitude_deg) * receiver.m_per_deg.1;
                     let moved_m_s = libm::hypot(north_m, east_m) / 0.01;
                     // But where a turn begins or ends, and the antenna jerks.
-                    let is_steady = (before.course_deg - after.course_deg + 540.0).rem_euclid(360.0) - 180.0;
-                    if is_steady.abs() > 1.0 {
+                    let course_change_deg =
+                        (before.course_deg - after.course_deg + 540.0).rem_euclid(360.0) - 180.0;
+                    if course_change_deg.abs() > 1.0 {
                         continue;
                     }
                     assert!((moved_m_s - here.speed_m_s).abs() < 1e-3, "{ms} ms: {moved_m_s} m/s, {here:?}");

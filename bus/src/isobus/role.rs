@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rowscan_protocol::time::SimTime;
 
-use super::client::{IdleSetpoint, SectionOrder, TaskClient, Unheeded};
+use super::client::{IdleReason, IdleSetpoint, SectionOrder, TaskClient};
 use super::server::{News, TaskServer, Untold, What, Wishes};
 use super::trouble::TroubleDesk;
 use crate::control_function::ControlFunction;
@@ -19,7 +19,7 @@ pub struct SectionLog(Arc<Mutex<Setpoints>>);
 struct Setpoints {
     orders: Vec<SectionOrder>,
     /// Setpoints that commanded nothing, by DDI, element and why: the first one, and how many there were.
-    idle: BTreeMap<(u16, u16, Unheeded), (SimTime, u64)>,
+    idle: BTreeMap<(u16, u16, IdleReason), (SimTime, u64)>,
     /// When the client gave a connection up.
     given_up: Vec<SimTime>,
 }

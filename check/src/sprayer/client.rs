@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use rowscan_bus::isobus::client::{
-    IdleSetpoint, Machine as ClientMachine, OnLoss, SectionOrder, Seen, TaskClient, Unheeded,
+    IdleReason, IdleSetpoint, Machine as ClientMachine, OnLoss, SectionOrder, Seen, TaskClient,
 };
 use rowscan_bus::isobus::implement::{Implement, ImplementSection};
 use rowscan_bus::isobus::process_data::refusal;
@@ -160,14 +160,14 @@ pub(crate) fn idle_setpoints(log: &SectionLog) -> Vec<String> {
 fn idle_words(IdleSetpoints { first, count }: &IdleSetpoints) -> String {
     let IdleSetpoint { at, element, ddi, why } = first;
     let why = match why {
-        Unheeded::Reserved => {
+        IdleReason::Reserved => {
             "to a reserved state (error or undefined): it commanded nothing, and was refused (0x40)".to_owned()
         }
-        Unheeded::InManual => "while section control (DDI 160) was manual: it commanded nothing; set 160 to 1 first, or start with `section_control = \"automatic\"`".to_owned(),
-        Unheeded::NoSuchSection => "and opened sections that the boom does not have".to_owned(),
-        Unheeded::NotConnected => "while the client had no task controller (its pool not active, or no status for 6 s): it commanded nothing".to_owned(),
-        Unheeded::OtherSender => "by another sender than the connected task controller: it commanded nothing".to_owned(),
-        Unheeded::Refused(bits) => format!("and refused (0x{bits:02X}: {})", refusal::words(*bits)),
+        IdleReason::InManual => "while section control (DDI 160) was manual: it commanded nothing; set 160 to 1 first, or start with `section_control = \"automatic\"`".to_owned(),
+        IdleReason::NoSuchSection => "and opened sections that the boom does not have".to_owned(),
+        IdleReason::NotConnected => "while the client had no task controller (its pool not active, or no status for 6 s): it commanded nothing".to_owned(),
+        IdleReason::OtherSender => "by another sender than the connected task controller: it commanded nothing".to_owned(),
+        IdleReason::Refused(bits) => format!("and refused (0x{bits:02X}: {})", refusal::words(*bits)),
         other => format!("in vain ({other:?})"),
     };
     format!(

@@ -51,12 +51,12 @@ pub(super) struct Bank {
 /// Why a setpoint commands nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
-pub enum Unheeded {
+pub enum IdleReason {
     /// It holds a state that is reserved.
     Reserved,
     /// It is of sections, and section control is manual.
     InManual,
-    /// It opens sections that there are none of.
+    /// It opens sections that do not exist.
     NoSuchSection,
     /// No task controller is connected: none has activated the pool, or its status has not come for too long.
     NotConnected,
@@ -66,7 +66,7 @@ pub enum Unheeded {
     Refused(u8),
 }
 
-impl Unheeded {
+impl IdleReason {
     /// How it is acknowledged.
     pub(super) fn refusal(self) -> u8 {
         match self {
@@ -133,24 +133,30 @@ impl Bank {
     ///
     /// # Errors
     /// Why it commands nothing; the caller has made sure that the element has the DDI and that it can be set.
-    pub(super) fn set(&mut self, at: SimTime, ddi: u16, value: i32, policy: OnLoss) -> Result<(), Unheeded> {
+    pub(super) fn set(
+        &mut self,
+        at: SimTime,
+        ddi: u16,
+        value: i32,
+        policy: OnLoss,
+    ) -> Result<(), IdleReason> {
         if let Some(word) = ddi::word(ddi, ddi::SETPOINT_SECTIONS) {
             let is_reserved = self.asks_for_error(word, value);
             let own = self.in_word(word);
-            let opens_none = ddi::sections(value).into_iter().skip(own).any(|work| work == Work::On);
+            let opens_missing = ddi::sections(value).into_iter().skip(own).any(|work| work == Work::On);
             self.set_sections(at, word, value);
             return match (is_reserved, self.is_automatic) {
-                (true, _) => Err(Unheeded::Reserved),
-                (false, false) => Err(Unheeded::InManual),
-                (false, true) if opens_none => Err(Unheeded::NoSuchSection),
+                (true, _) => Err(IdleReason::Reserved),
+                (false, false) => Err(IdleReason::InManual),
+                (false, true) if opens_missing => Err(IdleReason::NoSuchSection),
                 (false, true) => Ok(()),
             };
         }
         let two_states = || match value {
             0..=1 => Ok(value == 1),
             // Error and undefined: two bits have no more.
-            2..=3 => Err(Unheeded::Reserved),
-            _ => Err(Unheeded::Refused(refusal::VALUE)),
+            2..=3 => Err(IdleReason::Reserved),
+            _ => Err(IdleReason::Refused(refusal::VALUE)),
         };
         match ddi {
             ddi::SETPOINT_WORK => {
@@ -164,9 +170,9 @@ impl Bank {
                 }
             }
             ddi::PRESCRIPTION_CONTROL => self.prescription = i32::from(two_states()?),
-            ddi::SETPOINT_RATE if value < 0 => return Err(Unheeded::Refused(refusal::VALUE)),
+            ddi::SETPOINT_RATE if value < 0 => return Err(IdleReason::Refused(refusal::VALUE)),
             ddi::SETPOINT_RATE => self.rate = value,
-            _ => return Err(Unheeded::Refused(refusal::NOT_SETTABLE)),
+            _ => return Err(IdleReason::Refused(refusal::NOT_SETTABLE)),
         }
         Ok(())
     }
@@ -176,7 +182,7 @@ impl Bank {
         ddi::sections(value).into_iter().take(self.in_word(word)).any(|work| work == Work::Error)
     }
 
-    /// Sections that there are from this word's first one on.
+    /// Sections of the boom from this word's first one on.
     fn in_word(&self, word: u16) -> usize {
         self.valves.len().saturating_sub(usize::from(word * ddi::SECTIONS))
     }
@@ -300,7 +306,7 @@ mod tests {
         set(&mut bank, 10, 289, 0);
         for reserved in [2, 3] {
             let refused = bank.set(SimTime(20 * MS), 289, reserved, OnLoss::Close);
-            assert_eq!(refused, Err(Unheeded::Reserved), "no command: it stays off");
+            assert_eq!(refused, Err(IdleReason::Reserved), "no command: it stays off");
         }
         set(&mut bank, 30, 289, 1);
         let told: Vec<_> = bank.take_orders().iter().map(|order| (order.at.0 / MS, order.is_open)).collect();
@@ -318,7 +324,7 @@ mod tests {
             let open = bank.value(2, 161).map(|value| value & 0xF);
             assert_eq!(open, Some(left), "{policy:?}");
             // In manual it does not follow.
-            assert_eq!(bank.set(SimTime(300 * MS), 290, 0, policy), Err(Unheeded::InManual));
+            assert_eq!(bank.set(SimTime(300 * MS), 290, 0, policy), Err(IdleReason::InManual));
             bank.poll(SimTime(400 * MS));
             assert_eq!(bank.value(2, 161).map(|value| value & 0xF), Some(left));
         }
@@ -332,7 +338,7 @@ mod tests {
             bank.take_orders().iter().map(|order| (order.number, order.is_open)).collect()
         };
         assert_eq!(bank.value(2, ddi::SECTION_CONTROL), Some(0));
-        assert_eq!(bank.set(SimTime::ZERO, 290, 5, OnLoss::Close), Err(Unheeded::InManual));
+        assert_eq!(bank.set(SimTime::ZERO, 290, 5, OnLoss::Close), Err(IdleReason::InManual));
         assert_eq!(orders(&mut bank), [(1, false), (2, false)]);
         set(&mut bank, 10, 160, 1);
         assert_eq!(orders(&mut bank), [], "what was wanted in manual is forgotten");
@@ -384,7 +390,7 @@ mod tests {
                 };
                 assert_eq!(
                     bank.set(at, ddi, value, OnLoss::Close),
-                    Err(Unheeded::Reserved),
+                    Err(IdleReason::Reserved),
                     "{ddi} = {value}"
                 );
                 assert_eq!(told(&bank), was, "{ddi} = {value}");
@@ -392,7 +398,7 @@ mod tests {
         }
         // Others in the same word do what they are told, and places of sections that it lacks say nothing.
         let mut bank = automatic(2);
-        assert_eq!(bank.set(SimTime::ZERO, 290, 0b0110, OnLoss::Close), Err(Unheeded::Reserved));
+        assert_eq!(bank.set(SimTime::ZERO, 290, 0b0110, OnLoss::Close), Err(IdleReason::Reserved));
         assert_eq!(bank.value(2, 290).map(|value| value & 0xF), Some(0b0100));
         set(&mut bank, 0, 290, 0xAAAA_AAAF_u32 as i32);
     }
@@ -402,10 +408,10 @@ mod tests {
         let mut bank = automatic(2);
         let mut refused =
             |ddi, value| bank.set(SimTime::ZERO, ddi, value, OnLoss::Close).expect_err("refused");
-        assert_eq!(refused(ddi::SECTION_CONTROL, 2), Unheeded::Reserved);
-        assert_eq!(refused(ddi::SETPOINT_WORK, 4), Unheeded::Refused(refusal::VALUE));
-        assert_eq!(refused(ddi::SETPOINT_RATE, -1), Unheeded::Refused(refusal::VALUE));
-        assert_eq!(refused(ddi::ACTUAL_WIDTH, 1), Unheeded::Refused(refusal::NOT_SETTABLE));
+        assert_eq!(refused(ddi::SECTION_CONTROL, 2), IdleReason::Reserved);
+        assert_eq!(refused(ddi::SETPOINT_WORK, 4), IdleReason::Refused(refusal::VALUE));
+        assert_eq!(refused(ddi::SETPOINT_RATE, -1), IdleReason::Refused(refusal::VALUE));
+        assert_eq!(refused(ddi::ACTUAL_WIDTH, 1), IdleReason::Refused(refusal::NOT_SETTABLE));
         assert_eq!(bank.value(0, ddi::CANOPY_HEIGHT), None, "no sensor has told it");
         assert_eq!(bank.value(2, 162), None, "two sections need one word");
     }

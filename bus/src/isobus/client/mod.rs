@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use rowscan_protocol::time::SimTime;
 
-pub use bank::{OnLoss, Unheeded};
+pub use bank::{IdleReason, OnLoss};
 pub use machine::{Machine, SectionOrder, Seen};
 pub use session::{Connection, Question, Refused};
 
@@ -89,7 +89,7 @@ pub struct IdleSetpoint {
     /// What it was to set.
     pub ddi: u16,
     /// Why.
-    pub why: Unheeded,
+    pub why: IdleReason,
 }
 
 impl TaskClient {
@@ -314,8 +314,8 @@ impl TaskClient {
         if is_setpoint(told.command) && Some(id.destination) == self.address {
             match (is_server, self.session.state == Connection::Connected) {
                 (true, true) => {}
-                (false, true) => self.note_idle(at, told, Unheeded::OtherSender),
-                (_, false) => self.note_idle(at, told, Unheeded::NotConnected),
+                (false, true) => self.note_idle(at, told, IdleReason::OtherSender),
+                (_, false) => self.note_idle(at, told, IdleReason::NotConnected),
             }
         }
         if !is_server || self.trouble.is_busy {
@@ -371,7 +371,7 @@ impl TaskClient {
     }
 
     /// A setpoint commands nothing.
-    fn note_idle(&mut self, at: SimTime, told: ProcessData, why: Unheeded) {
+    fn note_idle(&mut self, at: SimTime, told: ProcessData, why: IdleReason) {
         if self.idle.len() < MOST_IDLE {
             self.idle.push(IdleSetpoint { at, element: told.element, ddi: told.ddi, why });
         }
@@ -409,11 +409,11 @@ impl TaskClient {
             }
             (Some(known), command::VALUE | command::SET_AND_ACKNOWLEDGE) => {
                 let set = match known.2 & property::SETTABLE {
-                    0 => Err(Unheeded::Refused(refusal::NOT_SETTABLE)),
+                    0 => Err(IdleReason::Refused(refusal::NOT_SETTABLE)),
                     _ => self.bank.set(at, ddi, value, self.on_loss),
                 };
                 idle = set.err();
-                idle.map_or(0, Unheeded::refusal)
+                idle.map_or(0, IdleReason::refusal)
             }
             (Some(_), command::TIME_INTERVAL) => {
                 self.triggers.every(at, (element, ddi), value);
@@ -429,7 +429,7 @@ impl TaskClient {
             (Some(_), _) => refusal::COMMAND,
         };
         if refusals != 0 && is_setpoint(what) {
-            idle = idle.or(Some(Unheeded::Refused(refusals)));
+            idle = idle.or(Some(IdleReason::Refused(refusals)));
         }
         if let Some(why) = idle {
             self.note_idle(at, told, why);

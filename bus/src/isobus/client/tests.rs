@@ -211,26 +211,26 @@ fn setpoints_that_nobody_takes_are_noted_with_the_reason() {
     played.pass(READY);
     played.status();
     played.set(290, word(&[1], &[]));
-    assert_eq!(idle(&mut played), [(2, 290, Unheeded::NotConnected)], "its pool is not active");
+    assert_eq!(idle(&mut played), [(2, 290, IdleReason::NotConnected)], "its pool is not active");
     let mut played = Played::new(4, OnLoss::Close);
     played.connect();
     played.set(290, word(&[1], &[2, 3, 4]));
     assert_eq!((idle(&mut played), played.client.take_given_up()), (vec![], vec![]));
     // The fifth of four; the first is shut all the same.
     played.set(290, word(&[5], &[1]));
-    assert_eq!(idle(&mut played), [(2, 290, Unheeded::NoSuchSection)]);
+    assert_eq!(idle(&mut played), [(2, 290, IdleReason::NoSuchSection)]);
     assert_eq!(
         played.client.take_orders().last().map(|order| (order.number, order.is_open)),
         Some((1, false))
     );
     let open = ProcessData { command: command::VALUE, element: 2, ddi: 290, value: 1 }.bytes();
     played.hear(&process_data::frame((SERVER + 1, 0x91), open).expect("a frame"));
-    assert_eq!(idle(&mut played), [(2, 290, Unheeded::OtherSender)]);
+    assert_eq!(idle(&mut played), [(2, 290, IdleReason::OtherSender)]);
     let lost_at = played.client.session.heard.0 + 6 * S;
     played.pass(lost_at);
     assert_eq!(played.client.take_given_up(), [SimTime(lost_at)]);
     played.set(160, 1);
-    assert_eq!(idle(&mut played), [(2, 160, Unheeded::NotConnected)]);
+    assert_eq!(idle(&mut played), [(2, 160, IdleReason::NotConnected)]);
 }
 
 #[test]
