@@ -80,6 +80,11 @@ pub(crate) struct Beam {
 const FARTHEST: f64 = 2.0;
 
 impl Beam {
+    /// Metres square to the row a metre of beam: 1 where the scan plane is square to it.
+    pub(crate) fn square(&self) -> f64 {
+        (1.0 - self.ahead * self.ahead).sqrt()
+    }
+
     /// The same beam in a plane with these axes; None if it does not look at the row. What it stands for is as high as the beams are apart,
     /// and as long as the row that the line stands for, however the plane leans.
     fn leaning(self, axes: &Axes, distance_m: f64) -> Option<Self> {

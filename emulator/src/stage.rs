@@ -6,11 +6,12 @@ use rowscan_protocol::device::{Device, Identity, ModeError};
 use rowscan_protocol::lms2xx;
 use rowscan_protocol::model::{AnyModel, Model, ScanMode};
 use rowscan_protocol::rig::{Mount, Rig};
+use rowscan_protocol::scan::Pose;
 use rowscan_scenes::optics::{self, Eye, EyeModel, Plume, RangeLimits};
 use rowscan_scenes::{Caster, GrowError, Orchard, Scene, SeenRow, Truth, TruthGrid};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::gnss::Receiver;
-use rowscan_vehicle::trajectory::Drive;
+use rowscan_vehicle::trajectory::{Course, Drive};
 
 use crate::{ScannerView, ViewError};
 
@@ -212,6 +213,20 @@ impl Stage {
     pub fn row_seen(&self, index: usize) -> SeenRow {
         let nowhere = SeenRow { row: self.orchard.rows(), towards_x: true };
         self.scene.row_seen(index).unwrap_or(nowhere)
+    }
+
+    /// Where a mirror on this mount is in the scene, in the place of the rig's scanner number `index`, as the tractor drives ahead in its first alley and is
+    /// at `y_m`. It drives level, on a slope as high as beside the row that [`Rig::stands_at_m`] names.
+    pub fn pose(&self, index: usize, mount: &Mount, y_m: f64) -> Pose {
+        let seen = self.row_seen(index);
+        let spacing_m = self.rig.row_spacing_m.unwrap_or(Course::default().row_spacing_m);
+        let stands_by = self.scene.drive.first_alley(&self.rig) - i32::from(self.rig.looks_left());
+        let Pose { x_m, y_m, z_m } = mount.pose(y_m);
+        Pose {
+            x_m: seen.row as f64 * spacing_m + seen.sense() * x_m,
+            y_m,
+            z_m: z_m + self.orchard.ground().rise * f64::from(stands_by) * spacing_m,
+        }
     }
 
     /// What is there of the row that the rig's scanner number `index` sees.

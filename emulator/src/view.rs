@@ -328,15 +328,7 @@ impl ScannerView {
             return (-right * roll_rad - to_row * mounted.roll_rad, None);
         }
         let tractor = Attitude { yaw_rad: 0.0, pitch_rad, roll_rad: right * to_row * roll_rad };
-        let Axes { to_row: [ux, uy, uz], ahead: [nx, ny, nz], up: [wx, wy, wz] } =
-            mounted.axes().on(&tractor.axes());
-        // The rig's X looks to the row and its Y ahead; the fan counts θ from the scene's +X.
-        let axes = Axes {
-            to_row: [ux, to_row * right * uy, to_row * uz],
-            ahead: [to_row * right * nx, ny, right * nz],
-            up: [to_row * wx, right * wy, wz],
-        };
-        (0.0, Some(axes))
+        (0.0, Some(mounted.axes().on(&tractor.axes()).in_scene(to_row, right)))
     }
 
     /// The scanner's own axes at `at`, in the scene: x straight ahead, y at +90° of its plane, z square to it.

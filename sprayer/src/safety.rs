@@ -67,51 +67,87 @@ impl Rule {
 pub struct Breach {
     /// The rule.
     pub rule: Rule,
-    /// For how long it forbade spraying, less the time that valves are given, seconds; of the nozzle that it forbade longest. A tractor that has not moved yet counts as one that stands only if something was sprayed then.
+    /// How much, and for how long it forbade.
+    #[serde(flatten)]
+    pub spilt: Spilt,
+}
+
+/// What was sprayed while that was forbidden.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spilt {
+    /// For how long spraying was forbidden, less the time that valves are given, seconds; of the nozzle that was forbidden longest. A tractor that has not moved yet counts as one that stands only if something was sprayed then.
     pub forbidden_s: f64,
     /// Litres in that time.
     pub litres: f64,
 }
 
-/// Litres while forbidden, by rule. Valves that are told at the instant at which a rule begins need `grace_s` seconds.
-pub fn breaches(pass: &Pass, flows: &[Flow], switches: &Switches, grace_s: f64) -> Vec<Breach> {
-    let (drive, boom) = (pass.drive(), pass.boom());
-    let (going, reversing, turning) =
-        (drive.going(boom.standstill_m_s), drive.reversing(boom.standstill_m_s), drive.turning());
-    let moving = going.or(&reversing).or(&turning);
-    let rules = [
-        (Rule::Master, switches.master_off.clone()),
-        (Rule::Override, switches.held_shut.clone()),
-        (Rule::TankEmpty, switches.tank_empty.clone()),
-        (Rule::Headland, turning),
-        (Rule::Reverse, reversing),
-        (Rule::Standstill, moving.gaps(pass.time())),
-    ];
-    let later = |times: &Spans| {
-        let rest = times.iter().map(|span| Span::new(span.from + grace_s, span.to));
-        rest.filter(|span| span.length() > ROUNDING_S).collect::<Spans>()
-    };
-    let moved_s = moving.iter().next().map_or(f64::INFINITY, |span| span.from);
-    let litres_in = |times: &Spans| total(flows.iter().map(|flow| flow.litres_in(times)));
-    // Every drive begins from a stand: it is no stop, though what is sprayed then is sprayed against the rule.
-    let stood_s = |times: &Spans| {
-        let before = times.within(Span::new(f64::NEG_INFINITY, moved_s));
-        let is_clean = litres_in(&before) <= 0.0;
-        let stops = || times.within(Span::new(moved_s, f64::INFINITY));
-        if is_clean { stops().length() } else { times.length() }
-    };
-    let of_all = rules.into_iter().map(|(rule, times)| {
-        let times = later(&times);
-        let forbidden_s = if rule == Rule::Standstill { stood_s(&times) } else { times.length() };
-        Breach { rule, forbidden_s, litres: litres_in(&times) }
-    });
-    let in_zones = pass.nozzles().iter().zip(flows).map(|(nozzle, flow)| {
-        let times = later(&zones::within(boom, drive, nozzle));
-        (times.length(), flow.litres_in(&times))
-    });
-    let (forbidden_s, litres) =
-        in_zones.fold((0.0, 0.0), |(longest, all): (f64, f64), (s, litres)| (longest.max(s), all + litres));
-    of_all.chain([Breach { rule: Rule::NoSpray, forbidden_s, litres }]).collect()
+impl Spilt {
+    /// True where spraying was forbidden at all.
+    pub fn is_known(self) -> bool {
+        self.forbidden_s > 0.0 || self.litres > 0.0
+    }
+}
+
+/// When every rule forbade each nozzle to spray, and what it sprayed all the same.
+#[derive(Clone, Debug)]
+pub struct Forbidden<'a> {
+    flows: &'a [Flow],
+    /// Times by nozzle.
+    by_rule: Vec<(Rule, Vec<Spans>)>,
+}
+
+impl<'a> Forbidden<'a> {
+    /// Valves that are told at the instant at which a rule begins need `grace_s` seconds.
+    pub fn new(pass: &Pass, flows: &'a [Flow], switches: &Switches, grace_s: f64) -> Self {
+        let (drive, boom) = (pass.drive(), pass.boom());
+        let (going, reversing, turning) =
+            (drive.going(boom.standstill_m_s), drive.reversing(boom.standstill_m_s), drive.turning());
+        let moving = going.or(&reversing).or(&turning);
+        let later = |times: &Spans| {
+            let rest = times.iter().map(|span| Span::new(span.from + grace_s, span.to));
+            rest.filter(|span| span.length() > ROUNDING_S).collect::<Spans>()
+        };
+        let moved_s = moving.iter().next().map_or(f64::INFINITY, |span| span.from);
+        // Every drive begins from a stand: it is no stop, though what is sprayed then is sprayed against the rule.
+        let stood = |times: Spans| {
+            let before = times.within(Span::new(f64::NEG_INFINITY, moved_s));
+            let is_clean = total(flows.iter().map(|flow| flow.litres_in(&before))) <= 0.0;
+            if is_clean { times.within(Span::new(moved_s, f64::INFINITY)) } else { times }
+        };
+        let of_all = [
+            (Rule::Master, later(&switches.master_off)),
+            (Rule::Override, later(&switches.held_shut)),
+            (Rule::TankEmpty, later(&switches.tank_empty)),
+            (Rule::Headland, later(&turning)),
+            (Rule::Reverse, later(&reversing)),
+            (Rule::Standstill, stood(later(&moving.gaps(pass.time())))),
+        ];
+        let in_zones =
+            pass.nozzles().iter().map(|nozzle| later(&zones::within(boom, drive, nozzle))).collect();
+        let by_rule = of_all
+            .into_iter()
+            .map(|(rule, times)| (rule, vec![times; flows.len()]))
+            .chain([(Rule::NoSpray, in_zones)])
+            .collect();
+        Self { flows, by_rule }
+    }
+
+    /// Against this rule; against any of them, each instant and litre counted once, where there is none.
+    pub fn spilt(&self, rule: Option<Rule>) -> Spilt {
+        let rules = || self.by_rule.iter().filter(|(own, _)| rule.is_none_or(|rule| rule == *own));
+        let by_nozzle = self.flows.iter().enumerate().map(|(nozzle, flow)| {
+            let times = rules().fold(Spans::default(), |all, (_, times)| all.or(&times[nozzle]));
+            (times.length(), flow.litres_in(&times))
+        });
+        let (forbidden_s, litres) = by_nozzle
+            .fold((0.0, 0.0), |(longest, all): (f64, f64), (s, litres)| (longest.max(s), all + litres));
+        Spilt { forbidden_s, litres }
+    }
+
+    /// Against every rule by itself.
+    pub fn breaches(&self) -> Vec<Breach> {
+        Rule::ALL.map(|rule| Breach { rule, spilt: self.spilt(Some(rule)) }).to_vec()
+    }
 }
 
 /// True if no valve was open from `from` until `to`: there was nothing to make safe.

@@ -8,7 +8,7 @@ use rowscan_sprayer::edges::{EdgePair, EdgeSummary, Off};
 use rowscan_sprayer::hydraulics::Balance;
 use rowscan_sprayer::interception::Sink;
 use rowscan_sprayer::overlap::overlaps;
-use rowscan_sprayer::safety::{Breach, Rule};
+use rowscan_sprayer::safety::{Breach, Rule, Spilt};
 use rowscan_sprayer::{Edge, Interception, Rate, Score, map};
 use serde::Serialize;
 
@@ -58,6 +58,9 @@ struct Report {
     edges: Vec<EdgeRow>,
     /// Litres against rules: of the drive, of the boom, and of switches and tank that faults of the run were about.
     forbidden: Vec<Breach>,
+    /// Litres against any of them, each counted once.
+    #[serde(skip)]
+    against_any: Spilt,
     /// On what the liquid would have fallen if it flew straight; absent where nothing is known of the controller.
     #[serde(skip_serializing_if = "Option::is_none")]
     interception: Option<Intercepted>,
@@ -238,14 +241,16 @@ impl Report {
             relative: run.relative(),
             edges,
             // Nobody can throw the other switches in a scenario: of them nothing is known.
+            against_any: run.forbidden(0.0).spilt(None),
             forbidden: run
-                .breaches(0.0)
+                .forbidden(0.0)
+                .breaches()
                 .into_iter()
                 .filter(|_| is_heard)
                 // Switches that nobody has thrown say nothing.
                 .filter(|breach| {
                     !matches!(breach.rule, Rule::Master | Rule::Override | Rule::TankEmpty)
-                        || breach.forbidden_s > 0.0
+                        || breach.spilt.forbidden_s > 0.0
                 })
                 .collect(),
             rate: run.rate.clone(),
@@ -361,11 +366,9 @@ impl Report {
         }
         let unheeded: usize = self.unheeded.iter().map(|unheeded| unheeded.commands).sum();
         all.push(("unheeded_commands".to_owned(), Some(unheeded as f64)));
-        let held = |breach: &Breach| breach.forbidden_s > 0.0 || breach.litres > 0.0;
-        let litres = self.forbidden.iter().map(|breach| breach.litres).sum();
         // As in a scenario, unknown where no rule held; and, as interception, where nothing was heard.
-        let is_known = self.interception.is_some() && self.forbidden.iter().any(held);
-        all.push(("forbidden_litres".to_owned(), is_known.then_some(litres)));
+        let is_known = self.interception.is_some() && self.against_any.is_known();
+        all.push(("forbidden_litres".to_owned(), is_known.then_some(self.against_any.litres)));
         if let Some(found) = &self.interception {
             all.extend(intercepted(&found.run));
             let constant = found.constant.off_target_share;

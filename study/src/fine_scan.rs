@@ -11,7 +11,7 @@ use rowscan_scenes::{BeamFan, Return, Scratch};
 /// Steps: lines, metres, and beams, 1/10000°.
 const STEPS: (f64, u16) = (0.01, 1000);
 
-/// The row of a stage as a pipeline sees it that `make` makes for the rig of such a scan.
+/// The row that the first scanner of a stage sees, from the side where it stands, as a pipeline sees it that `make` makes for the rig of such a scan.
 pub(crate) fn fine_scan(
     stage: &Stage,
     mount: &Mount,
@@ -22,7 +22,7 @@ pub(crate) fn fine_scan(
     let rig = Rig { speed_m_s: dy_m * frequency_hz, ..stage.rig.clone() };
     let mut pipeline = make(&rig)?;
     let grid = BeamGrid::spanning(0, 1_800_000, step);
-    let fan = BeamFan::of_mount(mount, grid);
+    let fan = BeamFan::of_mount(mount, grid, stage.row_seen(0).towards_x);
     let mut returns = vec![Return::MISS; grid.len()];
     let (mut scratch, mut scan) = (Scratch::default(), Scan::default());
     scan.beams = grid;
@@ -31,7 +31,7 @@ pub(crate) fn fine_scan(
     let lines = (stage.orchard.length_m() / dy_m).round() as u32;
     for line in 0..lines {
         let y_m = rig.y_m(f64::from(line) / frequency_hz);
-        stage.caster().cast(mount.pose(y_m), &fan, &mut scratch, &mut returns);
+        stage.caster().cast(stage.pose(0, mount, y_m), &fan, &mut scratch, &mut returns);
         scan.telegram_counter = line as u16;
         scan.scan_time_us = line.wrapping_mul(10_000);
         for (range_m, found) in scan.echoes.iter_mut().flat_map(|echo| &mut echo.range_m).zip(&returns) {

@@ -4,9 +4,10 @@ use rowscan_canopy::Estimate;
 use rowscan_emulator::offline::Offline;
 use rowscan_emulator::stage::Stage;
 use rowscan_protocol::model;
+use rowscan_protocol::rig::Axes;
 use rowscan_protocol::scan::Scan;
 use rowscan_scenes::files::scene_from_text;
-use rowscan_scenes::{Truth, TruthGrid};
+use rowscan_scenes::{BeamFan, Truth, TruthGrid};
 use rowscan_study::reading::{CalibrationChoice, Reading};
 
 /// Three rows of small trees on this slope, and scanners that look to these sides of this alley.
@@ -83,5 +84,39 @@ fn the_tractor_is_as_high_as_the_row_on_its_left_where_a_scanner_looks_left() {
         let height_m = slope.rig.scanners[number].height_m;
         // Row 1 is on its left.
         assert!((sight.origin.z_m - height_m - rise_m).abs() < 1e-12, "{number}: {}", sight.origin.z_m);
+    }
+}
+
+/// A scan by hand (the truth of gaps and impacted areas is one) stands where the device stands, and looks where it looks.
+#[test]
+fn a_mount_s_pose_and_fan_are_those_of_its_view() {
+    let model = model::by_name("lms111").expect("known");
+    for (alley, sides) in [(0, ["right", "right"]), (1, ["right", "left"]), (2, ["left", "left"])] {
+        for turned in ["", "roll_deg = 7\n", "yaw_deg = 20\npitch_deg = -10\nroll_deg = 4\n"] {
+            let stage = grown(&(scene(-6.0, alley, sides) + turned));
+            for number in [0, 1] {
+                let case = format!("alley {alley}, {} {turned:?}", sides[number]);
+                let (device, mut view) = stage.scanner(number, model).expect("it fits");
+                let mirror = device.mirror();
+                view.look(mirror, rowscan_protocol::time::SimTime::ZERO);
+                let (grid, sight) = view.sight().expect("level");
+                let mount = &stage.rig.scanners[number];
+                let fan = BeamFan::of_mount(mount, grid, stage.row_seen(number).towards_x);
+                let pose = stage.pose(number, mount, stage.rig.y_m(0.0));
+                let here = [
+                    (pose.x_m, sight.origin.x_m),
+                    (pose.y_m, sight.origin.y_m),
+                    (pose.z_m, sight.origin.z_m),
+                    (fan.theta_rad(0), sight.first_rad),
+                    (fan.step_rad(), sight.step_rad),
+                ];
+                let axes = *fan.axes().unwrap_or(&Axes::LEVEL);
+                let of = |axes: Axes| [axes.to_row, axes.ahead, axes.up].concat();
+                let planes = of(axes).into_iter().zip(of(sight.axes));
+                for (by_hand, seen) in here.into_iter().chain(planes) {
+                    assert!((by_hand - seen).abs() < 1e-12, "{case}: {here:?} {axes:?} {sight:?}");
+                }
+            }
+        }
     }
 }

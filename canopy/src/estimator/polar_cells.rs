@@ -1,8 +1,8 @@
 //! Polar cells about the scanner: who entered, who ended there. What the polar density and the tree area index are made of.
 //!
-//! A cell lies between two ranges and two angles in the scan plane, over some slices along the row; it belongs to the row if its middle
-//! does (above the ground clearance, below the region's top, before the far gate). A beam enters a cell if the canopy did not stop it
-//! before, and ends there if it did within.
+//! A cell lies between two ranges and two angles about the scanner as one looks along the row, over some slices along it; it belongs to the row if
+//! its middle does (above the ground clearance, below the region's top, before the far gate). A beam enters a cell if the canopy did not
+//! stop it before, and ends there if it did within. Where the scan plane leans, a beam's way through a cell is longer than that cell is.
 
 use super::contract::{Setting, SightedLine};
 use crate::delays::Delays;
@@ -35,6 +35,8 @@ struct Cell {
     inside: bool,
     entered: f64,
     ended: f64,
+    /// Sum over those that entered: metres square to the row a metre of beam.
+    square: f64,
 }
 
 /// What a stretch of cells holds, and how it was seen.
@@ -77,13 +79,15 @@ impl PolarCells {
         self.length_m += line.weight_m;
         for sighting in line.sightings {
             let first = sector(sighting.beam.theta_rad) * self.rings;
+            let square = sighting.beam.square();
             let end = sighting.canopy.map_or(self.rings, |contact| {
                 let nearest_m = contact.range_m - self.delays.at(contact.range_m);
-                (nearest_m.max(0.0) / STEP_M) as usize
+                (nearest_m.max(0.0) * square / STEP_M) as usize
             });
             let Some(cells) = self.cells.get_mut(first..first + self.rings) else { continue };
             for cell in cells.iter_mut().take(end + 1) {
                 cell.entered += 1.0;
+                cell.square += square;
             }
             if let Some((cell, contact)) =
                 cells.get_mut(end).zip(sighting.canopy).filter(|(cell, _)| cell.inside)
@@ -116,12 +120,13 @@ impl PolarCells {
                 sums.saturated += u64::from(cell.ended >= cell.entered);
                 let passed = (cell.entered - cell.ended + half) / (cell.entered + half);
                 let range_m = ((i % self.rings) as f64 + 0.5) * STEP_M;
-                // a · r Δr Δθ Δy, with a = −ln(passed) / Δr.
+                // a · r Δr Δθ Δy, with a = −ln(passed) / the beam's way, Δr / square.
                 let sector = std::f64::consts::PI / SECTORS as f64;
                 let inflation = self.inflation.get(i % self.rings).copied().unwrap_or(1.0);
-                sums.projected_m2 += -passed.ln() / inflation * range_m * sector * self.length_m;
+                let square = cell.square / cell.entered;
+                sums.projected_m2 += -passed.ln() / inflation * range_m * sector * self.length_m * square;
             }
-            (cell.entered, cell.ended) = (0.0, 0.0);
+            (cell.entered, cell.ended, cell.square) = (0.0, 0.0, 0.0);
         }
         (self.length_m, self.hits, self.patches) = (0.0, 0.0, 0.0);
         sums

@@ -4,7 +4,7 @@ use crate::common::slab::*;
 use crate::common::*;
 use rowscan_canopy::estimator::{TABLE, by_name};
 use rowscan_canopy::{Estimate, Measure, Parameters, Pipeline, Quantity};
-use rowscan_protocol::rig::Rig;
+use rowscan_protocol::rig::{Mount, Rig};
 use rowscan_protocol::scan::{NO_ECHO, Scan};
 
 /// All estimators on these scans.
@@ -86,6 +86,34 @@ fn a_turbid_slab_has_its_leaf_area_by_voxels_and_by_polar_cells() {
         assert!(relative(by_band, value(&found.measures, "voxel", Quantity::LeafArea)) < 1e-9);
         let hits = value(&found.measures, "voxel", Quantity::HitsPerPatch);
         assert!((1.0..1.7).contains(&hits), "leaves without size are hardly ever met twice: {hits}");
+    }
+}
+
+/// The same leaves a metre, however the scanner is turned: its beams go a longer way through them, at another angle.
+#[test]
+fn a_turbid_slab_has_its_leaf_area_through_a_scanner_that_is_turned() {
+    let (thick_m, density) = (1.0, 2.0);
+    for (yaw_deg, pitch_deg, roll_deg) in [
+        (0.0, 0.0, 0.0),
+        (15.0, 0.0, 0.0),
+        (-30.0, 0.0, 0.0),
+        (45.0, 0.0, 0.0),
+        (0.0, 20.0, 0.0),
+        (0.0, 0.0, 10.0),
+        (30.0, -15.0, 5.0),
+    ] {
+        let mount = Mount { yaw_deg, pitch_deg, roll_deg, ..rig().scanners[0].clone() };
+        let (rig, scans) = turbid_from(mount, thick_m, density, 300, 9);
+        let found = measured(&rig, parameters(), &scans);
+        let truth = density * thick_m * HIGH_M * found.scanned_m.unwrap();
+        let case = format!("yaw {yaw_deg}, pitch {pitch_deg}, roll {roll_deg}");
+        let off = |name| value(&found.measures, name, Quantity::LeafArea) / truth - 1.0;
+        assert!(off("voxel").abs() < 0.03, "{case}: voxel {}", off("voxel"));
+        assert!(off("polar").abs() < 0.07, "{case}: polar {}", off("polar"));
+        let projected_m2 = value(&found.measures, "tai", Quantity::TreeAreaIndex)
+            * rig.row_spacing_m.unwrap()
+            * found.scanned_m.unwrap();
+        assert!(relative(2.0 * projected_m2, truth) < 0.07, "{case}: tai {projected_m2}");
     }
 }
 

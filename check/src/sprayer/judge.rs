@@ -3,7 +3,7 @@
 use rowscan_protocol::time::SimTime;
 use rowscan_sprayer::edges::{EdgePair, EdgeSummary, MATCH_M};
 use rowscan_sprayer::rate::Settling;
-use rowscan_sprayer::safety::{Rule, is_already_safe, time_to_safe_s};
+use rowscan_sprayer::safety::{Rule, Spilt, is_already_safe, time_to_safe_s};
 use rowscan_sprayer::{Rate, Spans};
 
 use super::edge_words::{due_s, words};
@@ -189,6 +189,11 @@ fn time_to_safe(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Resul
     let over = format!("{after}.end");
     let end =
         run.events.iter().find(|event| event.event == over).map_or(run.ended, crate::journal::Event::at);
+    if end <= from {
+        return Err(format!(
+            "`time_to_safe_s`: unknown: no simulated time passed from {after} to its end (in lockstep, time waits for a paused host); count from an event that lasts"
+        ));
+    }
     let (from_s, end_s) = (from.as_secs_f64(), end.as_secs_f64());
     if is_already_safe(&sprayer.flows, from_s, end_s) {
         return Err(format!(
@@ -216,15 +221,11 @@ fn forbidden(expect: &Expect, sprayer: &SprayerRun) -> Result {
         expect.on.as_deref().map(|name| Rule::named(name).ok_or(format!("`of`: there is no rule {name}")));
     let rule = rule.transpose()?;
     let grace_s = expect.within_s.unwrap_or_default();
-    let all = sprayer.breaches(grace_s);
-    let of = all.iter().filter(|breach| rule.is_none_or(|rule| rule == breach.rule));
-    let (litres, forbidden_s) =
-        of.fold((0.0, 0.0), |(litres, s), breach| (litres + breach.litres, s + breach.forbidden_s));
+    let spilt = sprayer.forbidden(grace_s).spilt(rule);
+    let Spilt { forbidden_s, litres } = spilt;
     let name = rule.map_or("any rule", Rule::name);
-    if forbidden_s <= 0.0 && litres <= 0.0 {
-        let whole = sprayer.breaches(0.0).into_iter();
-        let own = whole.filter(|breach| rule.is_none_or(|rule| rule == breach.rule));
-        let why = match own.map(|breach| breach.forbidden_s).fold(0.0, f64::max) {
+    if !spilt.is_known() {
+        let why = match sprayer.forbidden(0.0).spilt(rule).forbidden_s {
             held_s if held_s > 0.0 => {
                 format!("it forbade spraying for {held_s:.3} s, and `within_s` is {grace_s} s; lower it")
             }

@@ -7,7 +7,7 @@ use rowscan_bus::transport::Assembly;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Orchard, Scene};
 use rowscan_sprayer::interception::{Settings, intercept};
-use rowscan_sprayer::safety::{Breach, breaches};
+use rowscan_sprayer::safety::Forbidden;
 use rowscan_sprayer::{
     Command, CommandLog, Delivery, Drive, Edges, Flow, Interception, Node, Pass, Rate, Score, Span, Spans,
     Target, Troubles, oracle,
@@ -150,8 +150,8 @@ impl SprayerRun {
     }
 
     /// Litres against every rule, those of switches and tank by the faults of the run and by a tank that ran dry, from `grace_s` after a rule begins.
-    pub fn breaches(&self, grace_s: f64) -> Vec<Breach> {
-        breaches(&self.pass, &self.flows, &self.pass.switches(self.dry_s), grace_s)
+    pub fn forbidden(&self, grace_s: f64) -> Forbidden<'_> {
+        Forbidden::new(&self.pass, &self.flows, &self.pass.switches(self.dry_s), grace_s)
     }
 
     /// On what its liquid would have fallen if it flew straight. Nothing is known of it where [`Self::unheard`] says why.

@@ -39,6 +39,18 @@ impl Axes {
         [self.to_row, self.ahead, self.up].map(|axis| x * axis[0] + y * axis[1] + z * axis[2])
     }
 
+    /// The same in a scene where the row lies towards `to_row` · X and the tractor's right is towards `right` · X, each 1 or −1: the rig's X looks to the
+    /// row and its Y ahead, and a fan of beams counts its angle from the scene's +X.
+    #[must_use]
+    pub fn in_scene(&self, to_row: f64, right: f64) -> Self {
+        let Self { to_row: [ux, uy, uz], ahead: [nx, ny, nz], up: [wx, wy, wz] } = *self;
+        Self {
+            to_row: [ux, to_row * right * uy, to_row * uz],
+            ahead: [to_row * right * nx, ny, right * nz],
+            up: [to_row * wx, right * wy, wz],
+        }
+    }
+
     /// The axes of what is turned so on something that is turned itself: a scanner on a vehicle.
     #[must_use]
     pub fn on(&self, carrier: &Self) -> Self {

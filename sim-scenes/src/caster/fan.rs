@@ -92,13 +92,14 @@ impl BeamFan {
         self.axes.as_ref()
     }
 
-    /// The beams of a scanner's mirror as mounted.
-    pub fn of_mount(mount: &Mount, grid: BeamGrid) -> Self {
+    /// The beams of a scanner's mirror as mounted on a tractor that drives ahead, its row towards the scene's +X or −X.
+    pub fn of_mount(mount: &Mount, grid: BeamGrid, towards_x: bool) -> Self {
         let attitude = mount.attitude();
+        let to_row = if towards_x { 1.0 } else { -1.0 };
         if attitude.leans() {
-            Self::looking(mount, grid, true).leaning(attitude.axes())
+            Self::looking(mount, grid, towards_x).leaning(attitude.axes().in_scene(to_row, 1.0))
         } else {
-            Self::tilted(mount, grid, true, -attitude.roll_rad)
+            Self::tilted(mount, grid, towards_x, -to_row * attitude.roll_rad)
         }
     }
 

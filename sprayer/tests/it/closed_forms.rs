@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Leaf, Orchard};
 use rowscan_sprayer::rate::Settling;
-use rowscan_sprayer::safety::{Rule, Switches, breaches, time_to_safe_s};
+use rowscan_sprayer::safety::{Forbidden, Rule, Spilt, Switches, time_to_safe_s};
 use rowscan_sprayer::{
     Boom, Command, CommandLog, Drive, Edge, Edges, Pass, Rate, Score, Span, Spans, Target, oracle,
 };
@@ -256,23 +256,22 @@ fn speed_that_changes_and_turns_are_compensated_by_the_oracle() {
     // Row 0 is on the right in the first alley and again in the second, which is driven the other way.
     let both = pass.section_wanted()[0].iter().filter(|span| span.from > 14.0).count();
     assert!(both > 1, "{:?}", pass.section_wanted()[0]);
-    let broken = breaches(&pass, &pass.flows(&log), &Switches::default(), 0.0);
-    assert!(broken.iter().all(|breach| breach.litres < 1e-6), "{broken:?}");
+    let flows = pass.flows(&log);
+    let broken = Forbidden::new(&pass, &flows, &Switches::default(), 0.0).breaches();
+    assert!(broken.iter().all(|breach| breach.spilt.litres < 1e-6), "{broken:?}");
     // Who leaves all open sprays on the headland and at standstill.
     let always: CommandLog =
         [Command { at: SimTime::ZERO, target: Target::All, duty: 1.0 }].into_iter().collect();
-    let broken = breaches(&pass, &pass.flows(&always), &Switches::default(), 0.0);
-    let litres = |rule: Rule| {
-        broken.iter().find(|breach| breach.rule == rule).map(|breach| (breach.litres, breach.forbidden_s))
-    };
+    let flows = pass.flows(&always);
+    let broken = Forbidden::new(&pass, &flows, &Switches::default(), 0.0);
     for rule in [Rule::Headland, Rule::Standstill] {
-        let (litres, forbidden_s) = litres(rule).expect("a rule");
+        let Spilt { litres, forbidden_s } = broken.spilt(Some(rule));
         assert!(
             forbidden_s > 0.9 && (litres - 8.0 / 60.0 * forbidden_s).abs() < 1e-3,
             "{rule:?}: {litres} {forbidden_s}"
         );
     }
-    assert_eq!(litres(Rule::Reverse), Some((0.0, 0.0)));
+    assert_eq!(broken.spilt(Some(Rule::Reverse)), Spilt::default());
 }
 
 #[test]
@@ -284,16 +283,46 @@ fn zones_and_switches_are_rules_and_safe_is_when_the_last_valve_has_shut() {
     let log: CommandLog = [command(0.0, 1.0), command(6.0, 0.0)].into_iter().collect();
     let flows = pass.flows(&log);
     let switches = Switches { master_off: Spans::of([Span::new(5.0, 9.0)]), ..Switches::default() };
-    let broken = breaches(&pass, &flows, &switches, 0.0);
-    let litres = |rule: Rule| {
-        broken.iter().find(|breach| breach.rule == rule).map_or(f64::NAN, |breach| breach.litres)
-    };
+    let broken = Forbidden::new(&pass, &flows, &switches, 0.0);
+    let litres = |rule| broken.spilt(Some(rule)).litres;
     let full_l_s = 8.0 / 60.0;
     assert!((litres(Rule::NoSpray) - full_l_s * 1.0).abs() < 1e-6, "1.5 m at 1.5 m/s");
     assert!((litres(Rule::Master) - full_l_s * (1.05 + 0.02)).abs() < 1e-9);
     assert!((time_to_safe_s(&flows, 6.0, 9.0).expect("safe") - 0.09).abs() < 1e-9);
     assert_eq!(time_to_safe_s(&flows, 7.0, 9.0), Some(0.0));
     assert_eq!(time_to_safe_s(&flows, 3.0, 5.0), None);
+}
+
+/// A litre is spilt once, however many rules forbid it: switches that overlap, and a stretch that each nozzle reaches at a time of its own.
+#[test]
+fn what_several_rules_forbid_is_counted_once() {
+    let mut boom = boom(IDEAL);
+    boom.no_spray.push(rowscan_sprayer::boom::Zone { y_from_m: 6.0, y_to_m: 12.0, side: None });
+    let pass = Pass::new(boom, &row(&[[0.0, 20.0]]), straight(1.5, 10.0), 1);
+    let all_open = [Command { at: SimTime::ZERO, target: Target::All, duty: 1.0 }].into_iter().collect();
+    let flows = pass.flows(&all_open);
+    let times = |from, to| Spans::of([Span::new(from, to)]);
+    let switches =
+        Switches { master_off: times(1.0, 4.0), held_shut: times(3.0, 5.0), ..Switches::default() };
+    for grace_s in [0.0, 0.5] {
+        let forbidden = Forbidden::new(&pass, &flows, &switches, grace_s);
+        // Nozzle by nozzle, instants a millisecond apart.
+        let by_steps = pass.nozzles().iter().map(|nozzle| {
+            let zone = [6.0, 12.0].map(|y_m| (y_m - nozzle.ahead_m) / 1.5);
+            let rules = [[1.0, 4.0], [3.0, 5.0], zone];
+            let holds = |s: f64| rules.iter().any(|[from, to]| (from + grace_s..*to).contains(&s));
+            let steps = (0..10_000).filter(|ms| holds((f64::from(*ms) + 0.5) * 1e-3));
+            (steps.count() as f64 * 1e-3, nozzle.flow_l_s)
+        });
+        let by_steps: Vec<(f64, f64)> = by_steps.collect();
+        let litres: f64 = by_steps.iter().map(|(s, flow_l_s)| s * flow_l_s).sum();
+        let longest_s = by_steps.iter().map(|(s, _)| *s).fold(0.0, f64::max);
+        let any = forbidden.spilt(None);
+        assert!((any.litres - litres).abs() < 1e-3 * litres, "{any:?}, {litres} l by steps");
+        assert!((any.forbidden_s - longest_s).abs() < 3e-3, "{any:?}, {longest_s} s by steps");
+        let one_by_one: f64 = forbidden.breaches().iter().map(|breach| breach.spilt.litres).sum();
+        assert!(one_by_one > 1.05 * any.litres, "they overlap: {one_by_one} and {any:?}");
+    }
 }
 
 /// Who keeps out of a stretch that must not be sprayed, and opens elsewhere, has done all that was wanted; so does the oracle.
@@ -303,8 +332,8 @@ fn what_must_not_be_sprayed_is_not_wanted() {
     boom.no_spray.push(rowscan_sprayer::boom::Zone { y_from_m: 2.0, y_to_m: 3.5, side: None });
     let pass = Pass::new(boom, &row(&[[-20.0, 40.0]]), straight(1.5, 10.0), 1);
     let best = oracle::commands(&pass);
-    let spared = breaches(&pass, &pass.flows(&best), &Switches::default(), 0.0);
-    let no_spray = spared.iter().find(|breach| breach.rule == Rule::NoSpray).expect("a rule");
+    let flows = pass.flows(&best);
+    let no_spray = Forbidden::new(&pass, &flows, &Switches::default(), 0.0).spilt(Some(Rule::NoSpray));
     assert!((no_spray.forbidden_s - 1.0).abs() < 1e-6 && no_spray.litres < 1e-9, "{no_spray:?}");
     let found = score(&pass, &best);
     assert!(found.recall > Some(1.0 - 1e-8) && found.waste < Some(1e-8), "{found:?}");
@@ -325,8 +354,7 @@ fn the_stand_before_a_drive_is_no_stop_and_what_is_sprayed_in_it_is_forbidden() 
     let pass = Pass::new(boom(IDEAL), &crowns(), drive, 5);
     let stood = |log: &[Command]| {
         let flows = pass.flows(&log.iter().copied().collect());
-        let all = breaches(&pass, &flows, &Switches::default(), 0.0);
-        all.into_iter().find(|breach| breach.rule == Rule::Standstill).expect("a rule")
+        Forbidden::new(&pass, &flows, &Switches::default(), 0.0).spilt(Some(Rule::Standstill))
     };
     let never = stood(&[]);
     assert_eq!((never.forbidden_s, never.litres), (0.0, 0.0));

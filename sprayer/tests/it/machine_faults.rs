@@ -3,7 +3,7 @@
 use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Leaf, Orchard};
 use rowscan_settings::fault_table::sprayer::{SprayerFault, StuckAt, Valves};
-use rowscan_sprayer::safety::{Rule, breaches, time_to_safe_s};
+use rowscan_sprayer::safety::{Forbidden, Rule, time_to_safe_s};
 use rowscan_sprayer::{
     Boom, Command, CommandLog, Drive, Edges, Flow, Pass, Rate, Score, Target, Trouble, Troubles,
 };
@@ -213,18 +213,18 @@ fn switches_and_an_empty_tank_forbid_what_flows_all_the_same() {
     ] {
         let found = run(&wall(), "", fault, from, None);
         let switches = found.pass.troubles().switches(found.pass.time().to);
-        let all = breaches(&found.pass, &found.flows, &switches, 0.0);
-        for breach in all {
+        let forbidden = Forbidden::new(&found.pass, &found.flows, &switches, 0.0);
+        for breach in forbidden.breaches() {
             let expected = if breach.rule == rule { litres } else { 0.0 };
-            assert!((breach.litres - expected).abs() < 1e-6, "{rule:?}: {breach:?}");
+            assert!((breach.spilt.litres - expected).abs() < 1e-6, "{rule:?}: {breach:?}");
         }
+        assert!((forbidden.spilt(None).litres - litres).abs() < 1e-6, "{rule:?}");
         is_near(found.score.recall, 1.0, "a switch shuts nothing");
     }
     // A pump with nothing to pump leaves what the hoses held.
     let empty = run(&wall(), PUMP, SprayerFault::TankEmpty, from, None);
     let switches = empty.pass.troubles().switches(empty.pass.time().to);
-    let all = breaches(&empty.pass, &empty.flows, &switches, 0.0);
-    let against = all.iter().find(|breach| breach.rule == Rule::TankEmpty).expect("a rule");
+    let against = Forbidden::new(&empty.pass, &empty.flows, &switches, 0.0).spilt(Some(Rule::TankEmpty));
     assert!(against.litres > 0.0 && against.litres < 0.001, "{against:?}");
     let (missed, wanted) = (empty.score.missed_area_m2, empty.score.wanted_area_m2);
     assert!((missed / wanted - 0.5).abs() < 1e-6, "2.5 m of 5 m: {missed} of {wanted}");

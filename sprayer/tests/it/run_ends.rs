@@ -6,7 +6,7 @@ use rowscan_protocol::time::SimTime;
 use rowscan_scenes::{Leaf, Orchard, Tree};
 use rowscan_sprayer::boom::Zone;
 use rowscan_sprayer::edges::{EdgeSummary, MATCH_M};
-use rowscan_sprayer::safety::{Rule, Switches, breaches};
+use rowscan_sprayer::safety::{Forbidden, Rule, Switches};
 use rowscan_sprayer::{Boom, Command, CommandLog, Drive, Edge, Edges, Pass, Score, Target, oracle};
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::trajectory::{self, Course, SpeedProfile, Trajectory};
@@ -158,8 +158,9 @@ fn a_rule_that_holds_no_longer_than_valves_are_given_forbids_nothing() {
         let of_wall = pass(&row([[-9.0, 30.0]]), steady(speed_m_s), 20.0);
         let pass = Pass::new(boom, &row([[-9.0, 30.0]]), of_wall.drive().clone(), 5);
         let forbidden = |grace_s: f64| {
-            let all = breaches(&pass, &pass.flows(&always), &Switches::default(), grace_s);
-            let of_zone = all.into_iter().find(|breach| breach.rule == Rule::NoSpray).expect("a rule");
+            let flows = pass.flows(&always);
+            let forbidden = Forbidden::new(&pass, &flows, &Switches::default(), grace_s);
+            let of_zone = forbidden.spilt(Some(Rule::NoSpray));
             (of_zone.forbidden_s, of_zone.litres)
         };
         let held_s = long_m / speed_m_s;

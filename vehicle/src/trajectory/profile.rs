@@ -29,7 +29,7 @@ impl ProfileState {
         let way_m = self.speed_m_s * t_s + 0.5 * acceleration_m_s2 * t_s * t_s;
         // Where the speed changes its sign, there is as much to count to each side.
         let turns = self.speed_m_s * speed_m_s < 0.0;
-        let turned_m = 0.5 * self.speed_m_s * self.speed_m_s.abs() / -acceleration_m_s2;
+        let turned_m = -0.5 * self.speed_m_s * self.speed_m_s / acceleration_m_s2;
         let driven_m = if turns { turned_m.abs() + (way_m - turned_m).abs() } else { way_m.abs() };
         Self {
             way_m: self.way_m + way_m,
@@ -256,6 +256,31 @@ mod tests {
         commanded.command(3.0, -1.0, 0.5);
         let back = commanded.at(9.0);
         assert!((back.way_m - 1.0).abs() < 1e-12 && (back.driven_m - 7.0).abs() < 1e-12, "{back:?}");
+    }
+
+    /// Whatever the order of ahead, back and stand: what was driven is the sum of steps without their sign, within each leg as well.
+    #[test]
+    fn what_was_driven_is_the_sum_of_the_steps_without_their_sign() {
+        let speeds = [-1.5, -0.3, 0.0, 0.4, 1.0];
+        for (before, then, after) in
+            speeds.iter().flat_map(|b| speeds.iter().flat_map(move |t| speeds.map(|a| (*b, *t, a))))
+        {
+            let legs = SpeedProfile::builder(before, 0.0).leg(2.0, then, 0.1).leg(3.0, after, 0.1);
+            let mut commanded = SpeedProfile::constant(before);
+            commanded.command(1.0, then, 0.7);
+            commanded.command(3.0, after, 1.1);
+            for (profile, grip) in [(legs.hold(), 0.9), (commanded, 1.0)] {
+                let (mut driven_m, step_s) = (0.0, 1e-3);
+                for step in 1..=5_000 {
+                    let at_s = f64::from(step) * step_s;
+                    driven_m += profile.at(at_s - 0.5 * step_s).speed_m_s.abs() * step_s;
+                    let run = profile.at(at_s);
+                    let case = format!("{before}, {then}, {after} m/s at {at_s} s: {run:?}");
+                    assert!((run.driven_m - driven_m).abs() < 1e-5, "{driven_m} m; {case}");
+                    assert!((run.rolled_m - driven_m / grip).abs() < 1e-5, "{driven_m} m; {case}");
+                }
+            }
+        }
     }
 
     #[test]

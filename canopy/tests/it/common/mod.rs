@@ -6,7 +6,7 @@ use rowscan_canopy::CanopyClass;
 use rowscan_canopy::calibration::{CalibrationClass, EchoRule, Optics, Provenance};
 use rowscan_canopy::{Estimate, Parameters, Pipeline};
 use rowscan_protocol::angle::BeamGrid;
-use rowscan_protocol::rig::{BeamWidth, Mount, Rig};
+use rowscan_protocol::rig::{Attitude, Axes, BeamWidth, Mount, Rig};
 use rowscan_protocol::scan::{Echo, NO_ECHO, Scan};
 
 /// LMS111 at 50 Hz, 0.5°: all of −45°..225°.
@@ -36,8 +36,13 @@ pub(crate) fn orchard_rig() -> Rig {
 
 /// θ of a beam, radians, and whether it looks ahead.
 pub(crate) fn theta(mount: &Mount, grid: BeamGrid, beam: usize) -> (f64, bool) {
-    let theta_deg = mount.theta_deg(grid.angle_deg(beam));
+    let theta_deg = mount.theta_deg(grid.angle_deg(beam)) - mount.roll_deg;
     (theta_deg.to_radians(), theta_deg.abs() < 90.0)
+}
+
+/// The plane in which θ is counted.
+pub(crate) fn plane_of(mount: &Mount) -> Axes {
+    Attitude { roll_rad: 0.0, ..mount.attitude() }.axes()
 }
 
 /// How far below the rig's ground the real one lies, metres: rounding leaves none of its returns above.
@@ -45,9 +50,11 @@ const BELOW_M: f64 = 0.02;
 
 /// A beam that meets nothing else ends on level ground, if the rig has one.
 fn on_ground(rig: &Rig, theta: f64, range_m: f64) -> f64 {
-    let height_m = rig.scanners[0].height_m;
-    let meets = range_m == NO_ECHO && theta < 0.0 && rig.ground_clearance_m >= 0.0 && height_m > 0.0;
-    if meets { (height_m + BELOW_M) / -theta.sin() } else { range_m }
+    let mount = &rig.scanners[0];
+    let height_m = mount.height_m;
+    let [.., up] = plane_of(mount).beam(theta.cos(), theta.sin());
+    let meets = range_m == NO_ECHO && up < 0.0 && rig.ground_clearance_m >= 0.0 && height_m > 0.0;
+    if meets { (height_m + BELOW_M) / -up } else { range_m }
 }
 
 /// A scanner's own ranges scatter, those of rays do not, metres: some 4 mm.

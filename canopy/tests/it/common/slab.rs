@@ -23,6 +23,11 @@ pub(crate) fn parameters() -> Parameters {
 /// Where a beam enters and leaves the slab, if it meets it.
 pub(crate) fn chord(thick_m: f64, theta: f64) -> Option<(f64, f64)> {
     let (sin, cos) = theta.sin_cos();
+    chord_towards(thick_m, cos, sin)
+}
+
+/// The same of a beam that goes so far towards the row and so far up a metre.
+fn chord_towards(thick_m: f64, cos: f64, sin: f64) -> Option<(f64, f64)> {
     let (near, far) = ((DISTANCE_M - thick_m / 2.0) / cos, (DISTANCE_M + thick_m / 2.0) / cos);
     let (a, b) = ((0.5 - HEIGHT_M) / sin, (0.5 + HIGH_M - HEIGHT_M) / sin);
     let (near, far) = if sin.abs() < 1e-9 { (near, far) } else { (near.max(a.min(b)), far.min(a.max(b))) };
@@ -38,6 +43,27 @@ pub(crate) fn turbid(thick_m: f64, density: f64, lines: u32, seed: u64) -> Vec<S
             .filter(|(near, far)| near + path_m < *far)
             .map_or(NO_ECHO, |(near, _)| near + path_m)
     })
+}
+
+/// The same past a scanner on this mount, which may be turned.
+pub(crate) fn turbid_from(
+    mount: Mount,
+    thick_m: f64,
+    density: f64,
+    lines: u32,
+    seed: u64,
+) -> (Rig, Vec<Scan>) {
+    let mut random = Random(seed);
+    let axes = plane_of(&mount);
+    let rig = Rig { scanners: vec![mount], ..rig() };
+    let scans = drive(&rig, lms111(), 50, lines, |_, theta| {
+        let path_m = -(1.0 - random.unit()).ln() / (0.5 * density);
+        let [towards, _, up] = axes.beam(theta.cos(), theta.sin());
+        chord_towards(thick_m, towards, up)
+            .filter(|(near, far)| towards > 0.0 && near + path_m < *far)
+            .map_or(NO_ECHO, |(near, _)| near + path_m)
+    });
+    (rig, scans)
 }
 
 /// A round leaf.

@@ -93,6 +93,22 @@ fn a_sprayer_is_judged_by_its_commands_and_unknown_without_any() {
     assert_eq!(judged("what = \"latency_error_m\", p95_below = 1e9", &[(0.0, 0.0)]), Failed);
 }
 
+/// A host that pauses takes no time in lockstep: nothing is known of how soon the valves shut then, whether they were open or not.
+#[test]
+fn how_soon_it_was_safe_is_unknown_of_an_event_without_time() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let judged = |until_s: f64| {
+        let sprayer = Some(Ok(sprayed_past(1.0, &[(2.0, 1.0), (4.5, 0.0)])));
+        let events = vec![event("cut", 4.0), event("cut.end", until_s)];
+        let run = RunRecord { sprayer, ended: SimTime(10 * SECOND), events, ..record(folder.path()) };
+        let expect = "what = \"time_to_safe_s\", after = \"cut\", below = 1";
+        verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path())
+    };
+    let (found, message) = judged(4.0);
+    assert!(found == Error && message.contains("no simulated time passed from cut"), "{message}");
+    assert_eq!(judged(6.0).0, Passed);
+}
+
 /// No edge can be missed where none is wanted; one for nothing can be.
 #[test]
 fn missed_edges_are_unknown_where_none_was_wanted() {
@@ -292,11 +308,15 @@ fn litres_are_counted_while_a_switch_forbids_them() {
         verdict(expect, &Runs { all: vec![run], without_faults: None, bless: false }, folder.path()).0
     };
     let off = |from, to| vec![Trouble { fault: SprayerFault::MasterOff, from, to }];
+    let held = vec![Trouble { fault: SprayerFault::HeldShut, from: 4.6, to: Some(5.2) }];
     // A litre a minute, from 4 to 5.2 s: 20 ml.
     for (expect, troubles, found) in [
         ("of = \"master\", between = [0.01999, 0.02001]", off(4.0, Some(5.2)), Passed),
         ("of = \"master\", below = 0.0199", off(4.0, Some(5.2)), Failed),
         ("between = [0.01999, 0.02001]", off(4.0, Some(5.2)), Passed),
+        // Two rules that overlap spill it once.
+        ("between = [0.01999, 0.02001]", [off(4.0, Some(5.2)), held.clone()].concat(), Passed),
+        ("of = \"override\", between = [0.00999, 0.01001]", held, Passed),
         // Half a second to shut is allowed; then 0.7 s are left.
         ("of = \"master\", within_s = 0.5, between = [0.01166, 0.01167]", off(4.0, Some(5.2)), Passed),
         // Shut for its whole time.
