@@ -69,4 +69,9 @@ pub(crate) trait Feed: Send {
     fn broken_off(&self) -> Option<String> {
         None
     }
+
+    /// True of a capture that does not hold all bytes that passed.
+    fn lacks_bytes(&self) -> bool {
+        false
+    }
 }

@@ -299,6 +299,9 @@ impl Recording {
         if let Some(step) = self.recording.clock_back() {
             tracing::warn!("{path}: {step}");
         }
+        if let Some(missing) = self.recording.missing_bytes() {
+            tracing::warn!("{path}: {missing}");
+        }
         let soundness = self.recording.soundness();
         if let Some(damage) = soundness.damage().filter(|_| soundness.sound > 0) {
             tracing::warn!("{path}: {damage}");
@@ -384,5 +387,9 @@ impl Feed for Recording {
 
     fn broken_off(&self) -> Option<String> {
         self.recording.torn().filter(|_| self.ended).map(ToString::to_string)
+    }
+
+    fn lacks_bytes(&self) -> bool {
+        self.recording.missing_bytes().is_some()
     }
 }

@@ -228,6 +228,11 @@ impl Scanner {
         self.feed.broken_off()
     }
 
+    /// True of a capture that does not hold all bytes that passed.
+    pub fn lacks_bytes(&self) -> bool {
+        self.feed.lacks_bytes()
+    }
+
     /// Time now on the watch that [`Record::received`] was read from; zero for a recording.
     pub fn now(&self) -> HostTime {
         self.feed.now()

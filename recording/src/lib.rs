@@ -103,7 +103,8 @@ pub use info::{MAX_DRIFT_ERROR_PPM, StreamReport, account};
 pub use packet::{Joint, Packet, Side, StreamKind};
 #[cfg(feature = "files")]
 pub use read::{
-    BrokenArchive, ClockBack, Format, ReadError, Recording, Resumed, Soundness, StreamInfo, Torn,
+    BrokenArchive, ClockBack, Format, MissingBytes, ReadError, Recording, Resumed, Soundness, StreamInfo,
+    Torn,
 };
 #[cfg(feature = "files")]
 pub use recorder::{Recorded, Recorder, RecorderOptions};

@@ -161,6 +161,7 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
             name_of(&args.output)
         ));
     }
-    // A part looks like the whole of another recording; where it breaks off is told already.
-    Ok(if scanner.broken_off().is_some() { Outcome::Finding } else { Outcome::Done })
+    // A part looks like the whole of another recording; where it breaks off, and what it lacks, is told already.
+    let is_part = scanner.broken_off().is_some() || scanner.lacks_bytes();
+    Ok(if is_part { Outcome::Finding } else { Outcome::Done })
 }

@@ -19,7 +19,7 @@ use super::link_options::{Prefer, STOP_TIMEOUT, stream_kind};
 use super::named::Named;
 use super::output::{self, say};
 use super::recorder::{self, DecodedArgs, ModelTeller};
-use super::recording_file::{no_stream, open_stream, tell_clock, tell_damage, unreadable};
+use super::recording_file::{no_stream, open_stream, tell_capture, tell_damage, unreadable};
 use super::repair;
 use super::tractor_outputs::open_bus;
 use super::{Failure, Format, Outcome};
@@ -326,7 +326,7 @@ fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Fa
     let mut recording = open_stream(file, stream)?;
     let mut streams = account(&mut recording).map_err(|cause| unreadable(file, cause))?;
     tell_damage(file, (recording.format(), recording.main_kind()), recording.soundness())?;
-    tell_clock(file, &recording);
+    let lacks = tell_capture(file, &recording);
     if let Some(wanted) = stream {
         let found = streams.iter().map(|report| report.stream.clone()).collect();
         streams.retain(|report| report.stream == wanted);
@@ -344,7 +344,7 @@ fn info(file: &Path, stream: Option<&str>, format: Format) -> Result<Outcome, Fa
         let remedy = format!("; `rowscan record --repair {name}{to}` writes it anew");
         say(format_args!("{name}: {torn}{}", if is_behind { "" } else { &remedy }));
     }
-    let outcome = if torn.is_some() { Outcome::Finding } else { Outcome::Done };
+    let outcome = if torn.is_some() { Outcome::Finding } else { lacks };
     let About {
         model,
         models,

@@ -5,8 +5,8 @@ use std::path::Path;
 use rowscan_driver::DriverError;
 use rowscan_recording::{Format, Recording, Soundness, StreamKind};
 
-use super::Failure;
 use super::output::say;
+use super::{Failure, Outcome};
 
 /// Opens a recording.
 pub(super) fn open(file: &Path) -> Result<Recording, Failure> {
@@ -37,11 +37,14 @@ pub(super) fn tell_damage(
     Ok(())
 }
 
-/// Tells where a capture's clock goes back.
-pub(super) fn tell_clock(file: &Path, recording: &Recording) {
+/// Tells where a capture's clock goes back, and what it lacks; the latter is a finding.
+pub(super) fn tell_capture(file: &Path, recording: &Recording) -> Outcome {
     if let Some(step) = recording.clock_back() {
         say(format_args!("{}: {step}", file.display()));
     }
+    let Some(missing) = recording.missing_bytes() else { return Outcome::Done };
+    say(format_args!("{}: {missing}", file.display()));
+    Outcome::Finding
 }
 
 /// The message of a recording that has no such stream.

@@ -10,7 +10,7 @@ use rowscan_recording::{About, Copied, CopyError, Format, Repaired, Torn, copy, 
 
 use super::output::{name_of, say};
 use super::recorder::{self, DecodedArgs};
-use super::recording_file::{no_stream, open, open_stream, tell_clock, tell_damage, unreadable};
+use super::recording_file::{no_stream, open, open_stream, tell_capture, tell_damage, unreadable};
 use super::{Failure, Outcome};
 
 /// `record --repair FILE`: to `output`, or in its place if it is an MCAP file that breaks off.
@@ -42,7 +42,7 @@ pub(super) fn convert(
 ) -> Result<Outcome, Failure> {
     let recording = open_stream(file, stream)?;
     let is = (recording.format(), recording.main_kind());
-    tell_clock(file, &recording);
+    let outcome = tell_capture(file, &recording);
     // It may say so only behind its first packets.
     let ahead = Source::Recording { path: file.to_owned(), stream: None }.peek();
     let about = ahead.map_or_else(About::default, |ahead| ahead.about().clone()).or(about);
@@ -63,7 +63,7 @@ pub(super) fn convert(
             say(format_args!("{file}: {torn}; {} holds {part}", name_of(output)));
             Outcome::Finding
         }
-        None => Outcome::Done,
+        None => outcome,
     })
 }
 

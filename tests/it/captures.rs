@@ -147,3 +147,39 @@ fn repeats_restarts_and_outages_are_counted_alike_by_all() {
     assert_eq!(hertz(&stream["scan_rate_device_hz"]), hertz(&found["scan_frequency_hz"]));
     assert!((hertz(&found["scan_frequency_hz"]) - 50.0).abs() < 1e-9);
 }
+
+/// Every reader tells what a capture lacks; whoever passes on what it holds ends with a finding, for a part looks like a whole.
+#[test]
+fn what_a_capture_lacks_is_told() {
+    let (_folder, file) = folder();
+    let mut talk = Talk::new();
+    talk.connect(50_000, 1);
+    (1..=100).for_each(|number| talk.scan(50_000, number));
+    let path = file("part.pcap");
+    for (case, (lost, most, told)) in [
+        (None, u32::MAX, None),
+        (Some(50), u32::MAX, Some("bytes are missing from the capture, in 1 place")),
+        (None, 150, Some("packets were captured in part: capture whole packets")),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        talk.write_part(&path, lost, most);
+        let copy = file(&format!("copy{case}.mcap"));
+        let part = i32::from(told.is_some());
+        for (args, code) in [
+            (&["record", "--info", &path][..], part),
+            (&["record", &path, "-o", &copy], part),
+            (&["export", &path, "--to", "csv", "--what", "scans", "-o", "-"], part),
+            // Of packets that are all cut no scan is left.
+            (&["estimate", &path], i32::from(most < u32::MAX)),
+        ] {
+            let ended = run(args);
+            let says = told.is_none_or(|told| ended.stderr.contains(told));
+            assert!(says && ended.code == Some(code), "{args:?}: {:?} {}", ended.code, ended.stderr);
+            let says = ["missing from", "captured in part"].iter().any(|word| ended.stderr.contains(word));
+            assert!(told.is_some() || !says, "{args:?}: {}", ended.stderr);
+        }
+        assert_eq!(run(&["decode", &path]).code, Some(part));
+    }
+}

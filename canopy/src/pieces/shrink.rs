@@ -6,7 +6,7 @@
 use super::reliability::Reliability;
 use super::scatter::{ByLength, PieceScatter};
 
-/// A piece below this share of the median piece stands for missing or young trees: it is not of the row's kind, and stays as measured.
+/// A piece below this share of the middle piece stands for missing or young trees: it is not of the row's kind, and stays as measured.
 const SPARSE: f64 = 0.5;
 /// Fewest pieces that tell a scatter of their own; of fewer, it is the study's.
 const FEWEST: usize = 4;
@@ -32,8 +32,7 @@ pub(crate) fn shrink(
     length_m: f64,
     scatter: &PieceScatter,
 ) -> Option<(Reliability, Vec<Shrunk>)> {
-    let known = pieces.iter().filter(|piece| piece.length_m > 0.0 && piece.leaf_m2 > 0.0);
-    let middle = median(known.map(|piece| piece.leaf_m2 / piece.length_m).collect())?;
+    let middle = middle(pieces)?;
     let full = |piece: &&Piece| piece.length_m > 0.0 && piece.leaf_m2 / piece.length_m >= SPARSE * middle;
     let (mut metres, mut leaf_m2, mut count) = (0.0, 0.0, 0usize);
     for piece in pieces.iter().filter(full) {
@@ -83,9 +82,22 @@ fn error_sd(reliability: f64, error: &ByLength, true_variance: f64, piece: &Piec
     (reliability * error.of(piece.length_m)).hypot((1.0 - reliability) * true_variance.sqrt())
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+/// What the piece holds a metre in which half of the foliage lies, from the emptiest on. A row may have more gaps than trees, and a gap holds what hangs
+/// over from its neighbours: where few trees stand, the median piece is a gap.
+fn middle(pieces: &[Piece]) -> Option<f64> {
+    let mut known: Vec<(f64, f64)> = pieces
+        .iter()
+        .filter(|piece| piece.length_m > 0.0 && piece.leaf_m2 > 0.0)
+        .map(|piece| (piece.leaf_m2 / piece.length_m, piece.leaf_m2))
+        .collect();
+    known.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let half_m2 = known.iter().map(|(_, leaf_m2)| leaf_m2).sum::<f64>() / 2.0;
+    let mut below_m2 = 0.0;
+    let holds_half = |(_, leaf_m2): &&(f64, f64)| {
+        below_m2 += leaf_m2;
+        below_m2 >= half_m2
+    };
+    known.iter().find(holds_half).map(|(per_metre, _)| *per_metre)
 }
 
 #[cfg(test)]
@@ -132,6 +144,29 @@ mod tests {
         let sum: f64 = shrunk.iter().map(|piece| piece.leaf_m2).sum();
         assert!((sum - with_gap.iter().sum::<f64>()).abs() < 1e-9);
         assert!(shrunk[2].sd_m2 > 0.0, "that nothing is there is not sure, either");
+    }
+
+    /// However many places are empty or hold a young tree, and however few are full: they stay as measured, and the full ones are drawn as in a row without them.
+    #[test]
+    fn few_trees_among_many_gaps_are_drawn_as_without_them() {
+        for trees in 1..=6 {
+            let full: Vec<f64> = [9.0, 11.0, 10.0, 8.5, 12.0, 9.5][..trees].to_vec();
+            for (gaps, sparse_m2) in
+                [(0, 0.0), (1, 0.01), (2, 0.05), (11, 0.02), (30, 0.06), (3, 1.5), (12, 0.0)]
+            {
+                let all = [full.clone(), vec![sparse_m2; gaps]].concat();
+                let (told, shrunk) = shrink(&metres(&all), 1.0, &scatter(0.3, 0.1)).unwrap();
+                let (alone, drawn) = shrink(&metres(&full), 1.0, &scatter(0.3, 0.1)).unwrap();
+                assert_eq!(told, alone, "{trees} trees, {gaps} gaps of {sparse_m2} m²");
+                for (place, piece) in shrunk.iter().enumerate() {
+                    let expected = drawn.get(place).map_or(sparse_m2, |tree| tree.leaf_m2);
+                    assert!(
+                        (piece.leaf_m2 - expected).abs() < 1e-9,
+                        "{trees} trees, {gaps} gaps: {shrunk:?}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

@@ -5,6 +5,8 @@ use pcap_parser::pcap::{LegacyPcapBlock, parse_pcap_frame, parse_pcap_frame_be, 
 use pcap_parser::pcapng::{Block, InterfaceDescriptionBlock, parse_block_be, parse_block_le};
 use pcap_parser::traits::PcapNGPacketBlock;
 
+use rowscan_protocol::compact;
+
 use super::clock_back::{ClockBack, Watch};
 use super::datagrams::Datagrams;
 use super::fragments::{Fragments, Whole};
@@ -30,6 +32,8 @@ pub(super) struct Capture {
     pub(super) torn: Option<Torn>,
     /// Where its clock was set back.
     pub(super) clock_back: Option<ClockBack>,
+    /// How many packets of scanners' connections it holds in part only.
+    pub(super) cut_packets: u64,
 }
 
 /// The capture in a file; `None` if it is something else.
@@ -48,6 +52,7 @@ pub(super) fn read(file: &[u8]) -> Option<Capture> {
         began_ns: packets.began_ns,
         torn: torn.err(),
         clock_back: packets.clock.found(),
+        cut_packets: packets.cut_packets,
     })
 }
 
@@ -60,6 +65,7 @@ struct Packets {
     /// Time of the first packet.
     began_ns: Option<u64>,
     clock: Watch,
+    cut_packets: u64,
 }
 
 /// How an interface captures.
@@ -71,13 +77,21 @@ struct Interface {
 }
 
 impl Packets {
-    fn take(&mut self, interface: Interface, time: u64, data: &[u8]) {
+    /// A packet that was so many bytes long.
+    fn take(&mut self, interface: Interface, time: u64, data: &[u8], bytes: u32) {
         let at_ns = u128::from(time) * 1_000_000_000 / u128::from(interface.units.max(1));
         let at_ns = u64::try_from(at_ns).unwrap_or(u64::MAX);
         self.began_ns.get_or_insert(at_ns);
         // Simple packets have no time.
         self.clock.see(Some(at_ns).filter(|at_ns| *at_ns > 0));
-        match carried(interface.link, data) {
+        let carried = carried(interface.link, data);
+        let is_scanners = match &carried {
+            Some(Carried::Tcp(_)) => true,
+            Some(Carried::Udp(datagram)) => compact::begins(datagram.payload),
+            _ => false,
+        };
+        self.cut_packets += u64::from(is_scanners && data.len() < bytes as usize);
+        match carried {
             Some(Carried::Tcp(segment)) => self.connections.push(&segment, at_ns),
             Some(Carried::Udp(datagram)) => self.datagrams.push(&datagram, at_ns),
             Some(Carried::Fragment(fragment)) => {
@@ -100,10 +114,10 @@ impl Packets {
         let interface = Interface { link: Linktype(header.network.0 & 0xFFFF), units };
         let parse = if header.is_bigendian() { parse_pcap_frame_be } else { parse_pcap_frame };
         while !rest.is_empty() {
-            let Ok((after, LegacyPcapBlock { ts_sec, ts_usec, data, .. })) = parse(rest) else {
+            let Ok((after, LegacyPcapBlock { ts_sec, ts_usec, data, origlen, .. })) = parse(rest) else {
                 return Some(Err(torn(file, rest)));
             };
-            self.take(interface, u64::from(ts_sec) * units + u64::from(ts_usec), data);
+            self.take(interface, u64::from(ts_sec) * units + u64::from(ts_usec), data, origlen);
             rest = after;
         }
         Some(Ok(()))
@@ -139,13 +153,13 @@ impl Packets {
             Block::EnhancedPacket(packet) => {
                 let time = u64::from(packet.ts_high) << 32 | u64::from(packet.ts_low);
                 if let Some(interface) = interfaces.get(packet.if_id as usize) {
-                    self.take(*interface, time, packet.packet_data());
+                    self.take(*interface, time, packet.packet_data(), packet.origlen);
                 }
             }
             Block::SimplePacket(packet) => {
                 if let Some(interface) = interfaces.first() {
                     // These have no time.
-                    self.take(*interface, 0, packet.packet_data());
+                    self.take(*interface, 0, packet.packet_data(), packet.origlen);
                 }
             }
             _ => {}

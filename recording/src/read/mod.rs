@@ -11,6 +11,7 @@ mod fragments;
 mod gzip;
 mod hex;
 mod mcap;
+mod missing_bytes;
 mod ranges;
 mod ros2_scan;
 mod segment;
@@ -37,6 +38,7 @@ use serde::Serialize;
 pub use clock_back::ClockBack;
 pub use format::Format;
 pub use gzip::BrokenArchive;
+pub use missing_bytes::MissingBytes;
 pub use soundness::Soundness;
 pub(crate) use torn::END;
 pub use torn::{Resumed, Torn};
@@ -199,6 +201,7 @@ pub struct Recording {
     began_ns: Option<u64>,
     torn: Option<Torn>,
     clock_back: Option<ClockBack>,
+    missing_bytes: Option<MissingBytes>,
     packets: Packets,
     watch: soundness::Watch,
 }
@@ -264,6 +267,7 @@ impl Recording {
             began_ns: None,
             torn: None,
             clock_back: None,
+            missing_bytes: None,
             packets: Packets::Listed(Vec::new().into_iter()),
             watch: soundness::Watch::default(),
         };
@@ -283,6 +287,7 @@ impl Recording {
                 recording.clock_back = capture.clock_back;
                 let (mut packets, mut streams) = sides::packets(capture.connections, connections);
                 capture.datagrams.join(&mut packets, &mut streams);
+                recording.missing_bytes = MissingBytes::of(&packets, capture.cut_packets);
                 recording.streams = streams;
                 recording.packets = Packets::Listed(packets.into_iter());
             }
@@ -386,6 +391,11 @@ impl Recording {
     /// Where the clock of a capture was set back; none of other files.
     pub fn clock_back(&self) -> Option<ClockBack> {
         self.clock_back
+    }
+
+    /// What a capture lacks of the connections that it holds; none of other files.
+    pub fn missing_bytes(&self) -> Option<MissingBytes> {
+        self.missing_bytes
     }
 
     /// How much of what was read so far can be read as telegrams.

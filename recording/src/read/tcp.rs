@@ -17,9 +17,19 @@ struct Connection {
     /// Whoever was seen first.
     one: SocketAddr,
     other: SocketAddr,
+    /// `one` opened it: its SYN was captured.
+    opened: bool,
+    /// When its first packet came.
+    began_ns: u64,
     from_one: Flow,
     from_other: Flow,
 }
+
+/// Bytes that a window holds: no more overtake a SYN.
+const EARLY: u32 = 1 << 20;
+
+/// No SYN is sent again sooner (RFC 6298, section 2); what a capture holds twice comes within milliseconds.
+const SENT_AGAIN_NS: u64 = 1_000_000_000;
 
 /// One direction.
 #[derive(Debug, Default)]
@@ -49,16 +59,17 @@ impl Connections {
             [(connection.one, connection.other), (connection.other, connection.one)]
                 .contains(&(segment.from, segment.to))
         });
-        // A new SYN between the same ports is a new connection; the same one again is not.
-        let opens = segment.syn && !segment.ack;
+        // A new SYN between the same ports, of either side, is a new connection; the same one again is not.
         let index = known.filter(|&index| {
-            let flow = self.connections.get_mut(index).map(|connection| connection.flow(segment.from));
-            !opens || flow.is_some_and(|flow| flow.is_opened_by(segment.sequence))
+            let connection = self.connections.get_mut(index);
+            !segment.syn || connection.is_some_and(|connection| connection.is_opened_by(segment, at_ns))
         });
         let index = index.unwrap_or_else(|| {
             self.connections.push(Connection {
                 one: segment.from,
                 other: segment.to,
+                opened: segment.syn && !segment.ack,
+                began_ns: at_ns,
                 from_one: Flow::default(),
                 from_other: Flow::default(),
             });
@@ -74,7 +85,7 @@ impl Connections {
         let with_bytes = self.connections.into_iter().filter(Connection::has_bytes);
         with_bytes
             .map(|connection| Flows {
-                opened: connection.from_one.from_beginning,
+                opened: connection.opened,
                 one: connection.one,
                 other: connection.other,
                 from_one: connection.from_one.pieces(),
@@ -109,16 +120,25 @@ impl Connection {
         if from == self.one { &mut self.from_one } else { &mut self.from_other }
     }
 
+    /// A SYN of either side is this connection's own. A device may begin each connection with the same number: one that comes when bytes have
+    /// passed, and so late that it is not sent again, opens another.
+    fn is_opened_by(&mut self, syn: &Segment<'_>, at_ns: u64) -> bool {
+        let is_soon = at_ns < self.began_ns.saturating_add(SENT_AGAIN_NS);
+        let is_over = !syn.ack && !is_soon && self.has_bytes();
+        !is_over && self.flow(syn.from).is_opened_by(syn.sequence, is_soon)
+    }
+
     fn has_bytes(&self) -> bool {
         !self.from_one.chunks.is_empty() || !self.from_other.chunks.is_empty()
     }
 }
 
 impl Flow {
-    /// A SYN of that number is this flow's own.
-    fn is_opened_by(&self, syn: u32) -> bool {
+    /// A SYN of that number is this flow's own; one that comes soon may be captured behind bytes that follow it.
+    fn is_opened_by(&self, syn: u32, is_soon: bool) -> bool {
         let first = syn.wrapping_add(1);
-        self.anchor.is_none_or(|anchor| self.from_beginning && anchor == first)
+        let is_late = |anchor: u32| is_soon && !self.from_beginning && anchor.wrapping_sub(first) < EARLY;
+        self.anchor.is_none_or(|anchor| anchor == first || is_late(anchor))
     }
 
     fn push(&mut self, segment: &Segment<'_>, at_ns: u64) {
@@ -232,6 +252,68 @@ mod tests {
         let flows = connections.flows();
         let times: Vec<u64> = flows[0].from_one.iter().map(|piece| piece.at_ns).collect();
         assert_eq!(times, [3, 3]);
+    }
+
+    /// Whatever numbers the two begin with (a small device may begin with the same ones each time), and whichever of the opening packets was captured.
+    #[test]
+    fn a_port_that_is_used_again_later_is_another_connection() {
+        let (client, device) = addresses();
+        let segment =
+            |from, to, sequence, syn, ack, payload| Segment { from, to, sequence, syn, ack, payload };
+        for (host_syn, device_syn) in
+            [(776, 500), (776, 1000), (776, 900_000_000), (9, 500), (9, 1000), (4_000_000_000, 1002)]
+        {
+            for captured in [[true, true], [true, false], [false, true]] {
+                // A device that begins with the same number is told apart by the client's SYN alone.
+                if device_syn == 1000 && !captured[0] {
+                    continue;
+                }
+                let mut connections = Connections::default();
+                let mut at_ns = 0;
+                let mut push = |segment: Segment<'_>, later_ns: u64| {
+                    at_ns += later_ns;
+                    connections.push(&segment, at_ns);
+                };
+                for (host, device_first, seen, bytes, later_ns) in [
+                    (776_u32, 1000_u32, [true, true], &b"abcdef"[..], 0),
+                    (host_syn, device_syn, captured, b"ghi", 10_000_000_000),
+                ] {
+                    let mut later_ns = later_ns;
+                    if seen[0] {
+                        push(segment(client, device, host, true, false, b""), std::mem::take(&mut later_ns));
+                        // Captured twice.
+                        push(segment(client, device, host, true, false, b""), 1_000_000);
+                    }
+                    if seen[1] {
+                        push(segment(device, client, device_first, true, true, b""), later_ns);
+                    }
+                    push(segment(client, device, host.wrapping_add(1), false, true, b"ask"), 1_000_000);
+                    push(
+                        segment(device, client, device_first.wrapping_add(1), false, true, bytes),
+                        1_000_000,
+                    );
+                    push(segment(client, device, host, true, false, b""), 1_000_000);
+                }
+                let flows = connections.flows();
+                let streams: Vec<(bool, Vec<u8>)> = flows
+                    .iter()
+                    .map(|flows| {
+                        let of_device = if flows.one == device { &flows.from_one } else { &flows.from_other };
+                        (flows.opened, of_device.iter().flat_map(|piece| piece.bytes.clone()).collect())
+                    })
+                    .collect();
+                let expected = [(true, b"abcdef".to_vec()), (captured[0], b"ghi".to_vec())];
+                assert_eq!(streams, expected, "{host_syn}, {device_syn}, {captured:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_syn_that_is_captured_behind_its_bytes_opens_no_other_connection() {
+        let whole = vec![("abcdefg".to_owned(), 0)];
+        assert_eq!(stretches(&[data(0, b"abc"), syn(), data(3, b"defg")]), whole);
+        assert_eq!(stretches(&[data(3, b"defg"), syn(), data(0, b"abc")]), whole);
+        assert_eq!(stretches(&[syn(), data(0, b"abc"), syn(), data(3, b"defg")]), whole);
     }
 
     #[test]

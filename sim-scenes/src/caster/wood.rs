@@ -80,7 +80,7 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
         let advance = Lanes::splat(simd, sight.advance_m());
         let still = T::ONE_START && sight.advance_m() == 0.0;
         // A metre of it.
-        let way = sight.axes().seen([0.0, 1.0, 0.0]);
+        let [x_a_metre, y_a_metre, z_a_metre] = sight.axes().seen([0.0, 1.0, 0.0]);
         for eights in field.index.eights(part.y_m) {
             for eight in eights {
                 let eight = *eight as usize;
@@ -102,9 +102,13 @@ impl<T: Sight> WithSimd for FloorPass<'_, T> {
                             (pole.height, pole.offset)
                         } else {
                             let moved = Lanes::count_from(simd, beam) * advance;
-                            let way = way.map(|metre| Lanes::splat(simd, metre) * moved);
-                            let [x, y, z] = if T::LEANS { way } else { [rays.start.0, moved, rays.start.1] };
-                            pole.seen_from(Vector(x, y, z))
+                            // Term by term: a closure over an array is not compiled for these registers.
+                            let along = |metre| Lanes::splat(simd, metre) * moved;
+                            pole.seen_from(if T::LEANS {
+                                Vector(along(x_a_metre), along(y_a_metre), along(z_a_metre))
+                            } else {
+                                Vector(rays.start.0, moved, rays.start.1)
+                            })
                         };
                         let (met, range, cos) = pole.hit(height, offset, rays.direction);
                         floor.end(simd, beam, met, T::key(simd, range), owner, cos);

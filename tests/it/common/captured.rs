@@ -47,13 +47,18 @@ impl Segments {
 
 /// A pcap file of packets with their times, ns.
 pub fn pcap(packets: impl IntoIterator<Item = (u64, Vec<u8>)>) -> Vec<u8> {
+    pcap_of_part(packets, u32::MAX)
+}
+
+/// The same, of packets of which no more than so many bytes were captured.
+fn pcap_of_part(packets: impl IntoIterator<Item = (u64, Vec<u8>)>, most: u32) -> Vec<u8> {
     let mut file: Vec<u8> =
         [0xA1B2_C3D4_u32, 0x0002_0004, 0, 0, 65535, 1].iter().flat_map(|word| word.to_be_bytes()).collect();
     for (at_ns, packet) in packets {
         let len = packet.len() as u32;
         let (seconds, micros) = ((at_ns / 1_000_000_000) as u32, (at_ns % 1_000_000_000 / 1000) as u32);
-        file.extend([seconds, micros, len, len].iter().flat_map(|word| word.to_be_bytes()));
-        file.extend(packet);
+        file.extend([seconds, micros, len.min(most), len].iter().flat_map(|word| word.to_be_bytes()));
+        file.extend(packet.into_iter().take(most as usize));
     }
     file
 }
@@ -96,8 +101,15 @@ impl Talk {
     }
 
     pub fn write(&self, path: &str) {
+        self.write_part(path, None, u32::MAX);
+    }
+
+    /// The same, but for the packet of this number, and no more than so many bytes of each.
+    pub fn write_part(&self, path: &str, lost: Option<usize>, most: u32) {
         let mut segments = Segments::new();
         let packets = self.sent.iter().map(|sent| (sent.at_ns, segments.packet(sent)));
-        std::fs::write(path, pcap(packets.collect::<Vec<_>>())).expect("written");
+        let packets: Vec<_> = packets.enumerate().filter(|(number, _)| lost != Some(*number)).collect();
+        let packets = packets.into_iter().map(|(_, packet)| packet);
+        std::fs::write(path, pcap_of_part(packets, most)).expect("written");
     }
 }
