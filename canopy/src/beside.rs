@@ -33,8 +33,13 @@ struct Line {
 }
 
 impl Beside {
-    /// A line at `y_m`, taken `travel_s` after the first, and what the speed was then; none while nobody knows it.
-    pub(crate) fn observe(&mut self, travel_s: f64, y_m: f64, speed: Option<GroundSpeed>) {
+    /// A line at `y_m` by `way`, taken `travel_s` after the first, and what the speed was then; none while nobody knows it.
+    pub(crate) fn observe(
+        &mut self,
+        travel_s: f64,
+        (y_m, way): (f64, Option<AdvanceSource>),
+        speed: Option<GroundSpeed>,
+    ) {
         let Some((GroundSpeed { source, .. }, speed_m_s)) =
             speed.and_then(|speed| Some((speed, speed.speed_m_s.filter(|speed| speed.is_finite())?)))
         else {
@@ -49,7 +54,7 @@ impl Beside {
         }
         let (way_m, beside_m) = (y_m - last.y_m, (speed_m_s + last.speed_m_s) / 2.0 * passed_s);
         // A receiver does not tell which way the tractor goes.
-        let is_unsigned = source == AdvanceSource::Gnss;
+        let is_unsigned = source == AdvanceSource::Gnss || way == Some(AdvanceSource::Gnss);
         let signed = |way_m: f64| if is_unsigned { way_m.abs() } else { way_m };
         self.way_m += signed(way_m);
         self.beside_m += signed(beside_m);
@@ -81,9 +86,31 @@ mod tests {
             // From standstill to 1 m/s within a second.
             let real = |t_s: f64| (t_s - 1.0).clamp(0.0, 1.0);
             y_m += real(t_s) * wheel(t_s) * 0.02;
-            beside.observe(t_s, y_m, Some(GroundSpeed { source, speed_m_s: Some(real(t_s - late_s)) }));
+            let told = GroundSpeed { source, speed_m_s: Some(real(t_s - late_s)) };
+            beside.observe(t_s, (y_m, None), Some(told));
         }
         beside.doubt(AdvanceSource::Encoder)
+    }
+
+    /// A way by a receiver counts up in reverse: against a bus that tells the direction only what both know is held.
+    #[test]
+    fn a_way_by_a_receiver_is_held_against_a_bus_without_the_direction() {
+        let doubt = |way: AdvanceSource, held_m_s: Option<f64>| {
+            let (mut beside, mut y_m) = (Beside::default(), 0.0);
+            for line in 0..1000 {
+                let t_s = f64::from(line) * 0.02;
+                // Back for five seconds, and faster at the end, which the way does not see.
+                let real_m_s: f64 =
+                    if (5.0..10.0).contains(&t_s) { -1.0 } else { 1.0 } * if t_s > 15.0 { 1.5 } else { 1.0 };
+                y_m += held_m_s.filter(|_| t_s > 15.0).unwrap_or(real_m_s.abs()) * 0.02;
+                let told = GroundSpeed { source: AdvanceSource::Can, speed_m_s: Some(real_m_s) };
+                beside.observe(t_s, (y_m, Some(way)), Some(told));
+            }
+            beside.doubt(way)
+        };
+        assert_eq!(doubt(AdvanceSource::Gnss, None), None);
+        assert!(doubt(AdvanceSource::Gnss, Some(1.0)).is_some(), "a speed that was held while it grew");
+        assert!(doubt(AdvanceSource::Encoder, None).is_some(), "an encoder tells the direction");
     }
 
     #[test]
@@ -113,11 +140,11 @@ mod tests {
             (2.0, 9.0, None),
             (3.0, 10.0, known(Some(1.0))),
         ] {
-            beside.observe(t_s, y_m, speed);
+            beside.observe(t_s, (y_m, None), speed);
         }
         assert_eq!(beside.doubt(AdvanceSource::Encoder), None);
         // Neither over a long time without a line.
-        beside.observe(9.0, 30.0, known(Some(1.0)));
+        beside.observe(9.0, (30.0, None), known(Some(1.0)));
         assert_eq!(beside.doubt(AdvanceSource::Encoder), None);
     }
 }

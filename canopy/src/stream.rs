@@ -318,9 +318,9 @@ impl Pipeline {
         self.gate.line(excluded, y_m, travel_s, pass.advance.longest_m(nominal_step_m));
         let fallback_y_m =
             self.fallback.as_mut().map(|pass| pass.odometry.y_m(&pass.rig, ticks, travel_s, None));
-        pass.beside.observe(travel_s, y_m, beside);
+        pass.beside.observe(travel_s, (y_m, pass.odometry.source()), beside);
         if let Some((pass, y_m)) = self.fallback.as_mut().zip(fallback_y_m) {
-            pass.beside.observe(travel_s, y_m, beside);
+            pass.beside.observe(travel_s, (y_m, pass.odometry.source()), beside);
         }
         if excluded.is_some() {
             return;

@@ -172,7 +172,15 @@ impl Edges {
             for edge in Edge::ALL {
                 let (wanted, delivered) = (times(wanted, edge, pass.time()), times(open, edge, pass.time()));
                 let way = |times: &[f64]| times.iter().map(|at| pass.way_m(*at)).collect::<Vec<_>>();
-                for (a, b) in pairs(&way(&wanted), &way(&delivered)) {
+                // Where a run begins before leaves, an opening was wanted before it: one that comes late is that one's, and not the next leaves'.
+                let before = usize::from(edge == Edge::Open && begins_wanted);
+                let from_beginning = [&vec![pass.way_m(run.from); before][..], &way(&wanted)].concat();
+                for (a, b) in pairs(&from_beginning, &way(&delivered)) {
+                    let is_before = a.is_some_and(|a| a < before);
+                    if is_before && b.is_none() {
+                        continue;
+                    }
+                    let a = a.and_then(|a| a.checked_sub(before));
                     let at = |times: &[f64], number: Option<usize>| {
                         number.and_then(|number| times.get(number).copied())
                     };
@@ -180,10 +188,8 @@ impl Edges {
                     let late = wanted_s.zip(delivered_s);
                     let speed_m_s = pass.drive().speed_m_s(wanted_s.or(delivered_s).unwrap_or_default());
                     let is_unmeetable = wanted_s.is_some_and(|wanted_s| wanted_s < could_open_s - ON_TIME_S);
-                    // Where a run begins before leaves, the opening was wanted before it.
-                    let was_wanted = edge == Edge::Open && wanted_s.is_none() && begins_wanted;
                     let is_cut_off = wanted_s.xor(delivered_s).is_some_and(|alone_s| {
-                        is_near(alone_s, run.to) || (was_wanted && is_near(alone_s, run.from))
+                        is_near(alone_s, run.to) || (is_before && is_near(alone_s, run.from))
                     });
                     let undecided = match (is_unmeetable, is_cut_off) {
                         (true, _) => Some(Undecided::Unmeetable),

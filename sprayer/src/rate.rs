@@ -138,12 +138,16 @@ impl After {
     /// After `step`, until the next one comes at `next_s`, or the run ends.
     fn add(&mut self, step: Span, next_s: Option<f64>, (end_s, band, windows): (f64, f64, &[Window])) {
         let until_s = next_s.unwrap_or(end_s);
-        let is_behind = |window: &&Window| {
-            window.span.from >= step.to - ROUNDING_S && window.span.to <= until_s + ROUNDING_S
+        let since = |from_s: f64| {
+            let within = move |window: &&Window| {
+                window.span.from >= from_s - ROUNDING_S && window.span.to <= until_s + ROUNDING_S
+            };
+            windows.iter().filter(within).collect::<Vec<&Window>>()
         };
-        let behind: Vec<&Window> = windows.iter().filter(is_behind).collect();
+        // A change that takes its time asks for its rate all along: the clock starts where it begins.
+        let (during, behind) = (since(step.from), since(step.to));
         let is_off = |window: &&&Window| window.error().abs() > band;
-        let (last, off) = (behind.last(), behind.iter().rev().find(is_off));
+        let (last, off) = (behind.last(), during.iter().rev().find(is_off));
         let longer = |longest: Option<f64>, s: f64| Some(longest.unwrap_or(0.0).max(s));
         match (last, off) {
             (None, _) => return self.unjudged += 1,
@@ -159,7 +163,7 @@ impl After {
             _ => {}
         }
         self.steps += 1;
-        self.longest_s = longer(self.longest_s, off.map_or(0.0, |off| off.span.to - step.to));
+        self.longest_s = longer(self.longest_s, off.map_or(0.0, |off| off.span.to - step.from));
         let side = behind.iter().find(is_off).map_or(0.0, |window| window.error().signum());
         let beyond = behind.iter().map(|window| -side * window.error()).filter(|beyond| *beyond > 0.0);
         let beyond = beyond.fold(0.0, f64::max);

@@ -126,9 +126,11 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
     let mut scanner = Scanner::open(&args.file, DriverConfig::default()).await?;
     let mut file: Option<TableFile> = None;
     let mut scans: u64 = 0;
-    let mut has_encoder = false;
+    let (mut has_encoder, mut last, mut repeated) = (false, None, 0_u64);
     while let Some(record) = scanner.next().await? {
         has_encoder |= !record.scan.encoders.is_empty();
+        let number = (record.scan.telegram_counter, record.scan.scan_time_us, record.scan.layer_centideg);
+        repeated += u64::from(last.replace(number) == Some(number));
         let file = match &mut file {
             Some(file) => file,
             // Only now: a recording without a scan leaves no file.
@@ -148,8 +150,22 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
     let Some(file) = file else { return Ok(Outcome::Finding) };
     let rows = file.commit()?;
     say(format_args!("{}: {rows} rows of {scans} scans", name_of(&args.output)));
-    if let Some(other) = taken_for.and_then(|taken_for| Warning::other_model(&scanner.models(), taken_for)) {
-        say(format_args!("{}: {other}", args.file));
+    if let Some(taken_for) = taken_for
+        && let Some(Warning::OtherModel { found, .. }) = Warning::other_model(&scanner.models(), taken_for)
+    {
+        let found: Vec<&str> = found.iter().map(|model| model.name()).collect();
+        say(format_args!(
+            "{}: it is a recording of {}, and the rig's scanner is {}: correct the rig's `model`",
+            args.file,
+            found.join(" or "),
+            taken_for.name()
+        ));
+    }
+    if repeated > 0 {
+        say(format_args!(
+            "{}: {repeated} scans came again, and stand there again; an estimate counts each once",
+            args.file
+        ));
     }
     let unreadable = scanner.faults().total();
     if unreadable > 0 {

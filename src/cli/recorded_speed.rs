@@ -44,10 +44,13 @@ impl RecordedSpeed {
         Ok(Some(speed))
     }
 
-    /// What a file holds of the ground speed: on its bus, else by its receiver; none if it holds neither.
-    pub(super) fn found_in(path: &Path) -> Result<Option<(AdvanceSource, Self)>, ReadError> {
-        for (kind, source) in [(StreamKind::Can, AdvanceSource::Can), (StreamKind::Nmea, AdvanceSource::Gnss)]
-        {
+    /// What a file holds of the ground speed besides what the way comes from: on its bus, else by its receiver; none if it holds neither.
+    pub(super) fn found_beside(
+        path: &Path,
+        way: Option<AdvanceSource>,
+    ) -> Result<Option<(AdvanceSource, Self)>, ReadError> {
+        let all = [(StreamKind::Can, AdvanceSource::Can), (StreamKind::Nmea, AdvanceSource::Gnss)];
+        for (kind, source) in all.into_iter().filter(|(_, source)| way != Some(*source)) {
             let speed = Self::read(path, kind)?;
             if speed.told.iter().any(|(_, speed)| speed.is_some()) {
                 return Ok(Some((source, speed)));

@@ -1,6 +1,6 @@
 //! The estimator as a sensor on the machine: its ground speed from elsewhere, its canopy on the bus, its latency.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use rowscan_canopy::{AdvanceSource, GroundSpeed, Pipeline};
@@ -8,15 +8,17 @@ use rowscan_driver::{Record, Source};
 use rowscan_protocol::nmea::NmeaLines;
 use rowscan_protocol::time::{DeviceClock, SimTime};
 use rowscan_protocol::validity::ScanFault;
-use rowscan_recording::StreamKind;
+use rowscan_recording::{Side, StreamKind, Tap, Taps};
 use serde::Serialize;
-use tokio::sync::watch;
+use tokio::sync::{mpsc, watch};
 use tokio::task::JoinSet;
 
 use super::output::say;
 use super::recorded_speed::RecordedSpeed;
 use super::tractor_outputs::{BusArgs, tell_news};
 use super::{Failure, Format};
+use rowscan_bus::Inbox;
+use rowscan_bus::link::PortEvent;
 use rowscan_bus::nmea::{NmeaSource, SpeedReader};
 use rowscan_bus::sensors::CanopySensors;
 use rowscan_ports::Delivery;
@@ -79,6 +81,7 @@ pub(super) struct Sensors {
     /// One a source: what was recorded beside the way that the estimate goes by.
     beside: Vec<Option<(AdvanceSource, RecordedSpeed)>>,
     idle: Option<WakeLateness>,
+    tapes: Tapes,
     _tasks: JoinSet<()>,
 }
 
@@ -121,9 +124,9 @@ impl SensorArgs {
         delivery: Delivery,
     ) -> Result<Sensors, Failure> {
         let (recorded, beside) = (self.recorded(sources)?, self.beside(sources));
-        let mut tasks = JoinSet::new();
+        let (mut tasks, tapes) = (JoinSet::new(), Tapes::default());
         let gnss = match (&self.gnss, self.advance) {
-            (Some(source), _) => Some(follow_gnss(source.clone(), &mut tasks).await?),
+            (Some(source), _) => Some(follow_gnss(source.clone(), &tapes, &mut tasks).await?),
             (None, AdvanceArg::Gnss) if recorded.is_empty() => {
                 return Err(Failure::Usage(
                     "--advance gnss needs a receiver: --gnss HOST:PORT, or serial:DEV@RATE".to_owned(),
@@ -135,6 +138,7 @@ impl SensorArgs {
             Some((bus, inbox)) => {
                 let can = CanopySensors::join(bus, sources.len(), delivery).await;
                 let news = tell_news(&mut tasks);
+                let inbox = tapes.taping(inbox, &mut tasks);
                 tasks.spawn(task(Arc::clone(&can).listen(inbox, news)));
                 Some(can)
             }
@@ -147,27 +151,25 @@ impl SensorArgs {
             None => None,
         };
         let idle = self.latency.then(|| WakeLateness::watch(Duration::from_millis(20), &mut tasks));
-        Ok(Sensors { advance: self.advance, can, gnss, recorded, beside, idle, _tasks: tasks })
+        Ok(Sensors { advance: self.advance, can, gnss, recorded, beside, idle, tapes, _tasks: tasks })
     }
 }
 
 impl SensorArgs {
-    /// The speeds that recordings hold beside the encoder or the rig's speed, which the advance comes from; one a source.
+    /// The speeds that recordings hold beside what the advance comes from; one a source.
     fn beside(&self, sources: &[Source]) -> Vec<Option<(AdvanceSource, RecordedSpeed)>> {
-        match self.advance {
-            AdvanceArg::Gnss | AdvanceArg::Can => Vec::new(),
+        let way = match self.advance {
+            AdvanceArg::Gnss => Some(AdvanceSource::Gnss),
+            AdvanceArg::Can => Some(AdvanceSource::Can),
+            AdvanceArg::Auto | AdvanceArg::Constant | AdvanceArg::Encoder => None,
+        };
+        let beside = |source: &Source| {
+            // Other formats hold scans alone; what is no file, as a pipe, is read only once.
+            source.peek().filter(|recording| recording.format() == rowscan_recording::Format::Mcap)?;
             // What cannot be read is told where the scans are.
-            AdvanceArg::Auto | AdvanceArg::Constant | AdvanceArg::Encoder => {
-                let beside = |source: &Source| {
-                    // Other formats hold scans alone; what is no file, as a pipe, is read only once.
-                    source
-                        .peek()
-                        .filter(|recording| recording.format() == rowscan_recording::Format::Mcap)?;
-                    RecordedSpeed::found_in(source.file()?).ok().flatten()
-                };
-                sources.iter().map(beside).collect()
-            }
-        }
+            RecordedSpeed::found_beside(source.file()?, way).ok().flatten()
+        };
+        sources.iter().map(beside).collect()
     }
 
     /// The speeds that recordings hold, one a source, where the advance comes from there.
@@ -187,7 +189,44 @@ impl SensorArgs {
     }
 }
 
+/// What a recording beside the estimate keeps of receiver and bus, once there is one.
+#[derive(Debug, Default)]
+struct Tapes {
+    gnss: Arc<OnceLock<Tap>>,
+    can: Arc<OnceLock<Tap>>,
+}
+
+impl Tapes {
+    /// What a bus hears, passed on; frames are recorded.
+    fn taping(&self, mut heard: Inbox, tasks: &mut JoinSet<()>) -> Inbox {
+        let (pass_on, inbox) = mpsc::channel(1);
+        let tape = Arc::clone(&self.can);
+        tasks.spawn(task(async move {
+            while let Some((port, event)) = heard.recv().await {
+                if let (PortEvent::Frame(frame), Some(tape)) = (&event, tape.get()) {
+                    tape.record(Side::Device, frame.to_text().as_bytes());
+                }
+                if pass_on.send((port, event)).await.is_err() {
+                    return;
+                }
+            }
+        }));
+        inbox
+    }
+}
+
 impl Sensors {
+    /// Records what the receiver and the bus say as well, beside the scans: the way may come from them.
+    pub(super) fn record_to(&self, taps: &Taps) {
+        // What is recorded already goes on to be.
+        if self.gnss.is_some() {
+            let _ = self.tapes.gnss.set(taps.open("gnss", StreamKind::Nmea));
+        }
+        if self.can.is_some() {
+            let _ = self.tapes.can.set(taps.open("can", StreamKind::Can));
+        }
+    }
+
     /// The part of scanner number `place` among those that are followed.
     pub(super) fn of(&self, place: usize) -> Sensor {
         Sensor {
@@ -331,10 +370,12 @@ impl Sensor {
 /// Follows a receiver's ground speed; lost while it has no fix or the connection is gone.
 async fn follow_gnss(
     source: NmeaSource,
+    tapes: &Tapes,
     tasks: &mut JoinSet<()>,
 ) -> Result<watch::Receiver<Option<f64>>, Failure> {
     let mut ear = source.open().await?;
     let (tell, told) = watch::channel(None);
+    let tape = Arc::clone(&tapes.gnss);
     tasks.spawn(task(async move {
         let (mut lines, mut reader) = (NmeaLines::default(), SpeedReader::default());
         loop {
@@ -342,6 +383,8 @@ async fn follow_gnss(
             if heard.is_empty() {
                 (lines, reader) = Default::default();
                 tell.send_replace(None);
+            } else if let Some(tape) = tape.get() {
+                tape.record(Side::Device, heard);
             }
             lines.push(heard);
             while let Some(line) = lines.next_line() {

@@ -16,6 +16,8 @@ pub(super) struct Writer<W: Out> {
     time: Option<usize>,
     intensity: Option<usize>,
     order: Option<usize>,
+    /// The same from 0 on.
+    echo: Option<usize>,
     of: Option<usize>,
     class: Option<usize>,
     angle: Option<usize>,
@@ -36,7 +38,8 @@ impl<W: Out> Writer<W> {
             time: find("gps_time").or_else(|| find("time_s")),
             intensity: find("remission"),
             order: find("return_number"),
-            of: find("number_of_returns"),
+            echo: find("echo"),
+            of: find("number_of_returns").or_else(|| find("echoes")),
             class: find("classification"),
             angle: find("scan_angle"),
             source: find("point_source_id"),
@@ -49,13 +52,15 @@ impl<W: Out> TableWriter<W> for Writer<W> {
     fn row(&mut self, row: &[f64]) -> Result<(), ExportError> {
         let at = |column: Option<usize>| column.and_then(|column| row.get(column)).copied();
         let [x, y, z] = self.place.map(|column| at(Some(column)).unwrap_or_default());
+        let order = at(self.order).or_else(|| at(self.echo).map(|echo| echo + 1.0)).unwrap_or(1.0);
         let organ = self.organ.map(|column| at(Some(column)).unwrap_or(-1.0) as i64 as u32);
         self.out.put(las::Point {
             x,
             y,
             z,
-            return_number: at(self.order).unwrap_or(1.0) as u8,
-            number_of_returns: at(self.of).unwrap_or(1.0) as u8,
+            return_number: order as u8,
+            // A device may leave an earlier echo out.
+            number_of_returns: at(self.of).unwrap_or(1.0).max(order) as u8,
             classification: match at(self.class) {
                 Some(class) => Classification::new(class as u8)?,
                 None => Classification::default(),
@@ -112,5 +117,25 @@ mod tests {
         let failed = (0..100).find_map(|_| writer.row(&[1.0, 2.0, 3.0]).err()).expect("it is full");
         let failed = failed.downcast::<io::Error>().expect("the system's word");
         assert_eq!(failed.kind(), io::ErrorKind::StorageFull);
+    }
+
+    /// An echo counts from 0, a return from 1; of a device that leaves an earlier echo out there are as many returns as the last one's number.
+    #[test]
+    fn echoes_are_returns() {
+        let columns =
+            ["x_m", "y_m", "z_m", "echo", "echoes"].map(|name| Column::new(name, Kind::F64)).to_vec();
+        let table = Table { columns, ..Table::default() };
+        let mut writer = TableFormat::Las.begin(io::Cursor::new(Vec::new()), &table).expect("a header");
+        for [echo, echoes] in [[0.0, 2.0], [1.0, 2.0], [0.0, 1.0], [1.0, 1.0]] {
+            writer.row(&[1.0, 2.0, 3.0, echo, echoes]).expect("written");
+        }
+        let file = writer.finish().expect("finished").into_inner();
+        let mut reader = las::Reader::new(io::Cursor::new(file)).expect("LAS");
+        let all = reader.read_all().expect("points");
+        let found: Vec<(u8, u8)> = all
+            .points()
+            .map(|point| point.map(|point| (point.return_number, point.number_of_returns)).expect("a point"))
+            .collect();
+        assert_eq!(found, [(1, 2), (2, 2), (1, 1), (2, 2)]);
     }
 }

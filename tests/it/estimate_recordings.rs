@@ -92,7 +92,12 @@ fn what_a_scanner_called_itself_in_the_file_is_held_against_the_model() {
         if model == "lms111" {
             // The rig's model, where none is asked for.
             let exported = run(&["export", path, "--rig", &rig, "--to", "csv", "-o", "-"]);
-            assert_eq!(exported.stderr.contains("other_model"), is_told, "{name}: {}", exported.stderr);
+            assert_eq!(
+                exported.stderr.contains("correct the rig's `model`"),
+                is_told,
+                "{name}: {}",
+                exported.stderr
+            );
         }
     }
 }

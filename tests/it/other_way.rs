@@ -52,3 +52,32 @@ fn a_slipping_wheel_and_a_wrong_speed_are_told_by_the_ground_speed_beside_the_sc
         }
     }
 }
+
+/// What the way came from is in the recording of an estimate: the same estimate can be made again from it, and not from one without.
+#[test]
+fn an_estimate_s_recording_keeps_what_its_way_came_from() {
+    let (_folder, file) = folder();
+    let rig = file("row.toml");
+    for by in ["gnss", "can"] {
+        let (group, recording) = ("udp:239.74.163.77:43177", file(&format!("{by}.mcap")));
+        let outputs = match by {
+            "gnss" => ["--nmea", "tcp:127.0.0.1:0"],
+            _ => ["--can", group],
+        };
+        let args = [&[rig.as_str(), "--tcp", "127.0.0.1:0", "--time-scale", "4"][..], &outputs].concat();
+        let mut emulator = Telling::start("emulate", &args);
+        // The scanner's own port is told last.
+        let other = emulator.address();
+        let scanner = format!("tcp://{}", emulator.address());
+        let source = if by == "gnss" { format!("tcp:{other}") } else { group.to_owned() };
+        let args =
+            ["estimate", &scanner, "--rig", &rig, "--scans", "400", "--format", "json", "--advance", by];
+        let flag = format!("--{by}");
+        let live = run(&[&args[..], &[&flag, &source, "--record", &recording]].concat());
+        emulator.end();
+        let live: Value = serde_json::from_str(&live.stdout).unwrap_or_else(|_| panic!("{}", live.stderr));
+        let way_m = live["advance_m"].as_f64().expect("a way");
+        let (_, again_m) = told(&recording, &rig, &["--advance", by, "--scans", "400"]);
+        assert!((again_m - way_m).abs() < 0.2 && way_m > 5.0, "{by}: {way_m} m, and {again_m} m again");
+    }
+}

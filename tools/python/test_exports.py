@@ -11,7 +11,7 @@ numpy = pytest.importorskip("numpy")
 reader = pytest.importorskip("mcap.reader")
 
 #: Columns of points.
-COLUMNS = ["x_m", "y_m", "z_m", "range_m", "remission", "time_s", "scan", "beam", "echo", "layer_deg"]
+COLUMNS = ["x_m", "y_m", "z_m", "range_m", "remission", "time_s", "scan", "beam", "echo", "layer_deg", "echoes"]
 
 
 @pytest.fixture(scope="module")

@@ -338,7 +338,7 @@ impl fmt::Display for Warning {
                 let other = if *beside == AdvanceSource::Can { "can" } else { "gnss" };
                 write!(
                     f,
-                    "the way by {} is {way_m:.2} m, and by the ground speed beside it ({}) {beside_m:.2} m, {apart_m:.2} m apart at most: a wheel slips, or `encoder_ticks_per_m`, the rig's speed or \
+                    "the way by {} is {way_m:.2} m, and by the ground speed beside it ({}) {beside_m:.2} m, {apart_m:.2} m apart at most: a wheel slips, a lost speed was held while it changed, or `encoder_ticks_per_m`, the rig's speed or \
                      the ground speed is wrong. Areas and lengths are as wrong as the way; `--advance {other}` takes the other one",
                     way.name(),
                     beside.name()

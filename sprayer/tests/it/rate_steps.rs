@@ -51,6 +51,18 @@ fn a_jump_of_speed_is_a_step_behind_which_the_rate_is_off() {
     assert_eq!(rate(&[1.0, 1.0, 1.0], 0.2).steps, 1);
 }
 
+/// A boom that does not regulate is right again as soon as the speed is: it took as long as the speed was another.
+#[test]
+fn a_ramp_there_and_back_is_no_instant() {
+    let found = rate(&[1.0, 2.0, 1.0, 1.0], 3.0);
+    assert_eq!((found.steps, found.settling), (2, Settling::Settled), "{found:?}");
+    // Too little by a tenth from 0.33 s of the ramp on, until 0.33 s before its end.
+    assert!(found.settling_s.is_some_and(|s| (5.5..5.9).contains(&s)), "{found:?}");
+    // Who follows is right all the time.
+    let level = rate(&[1.0, 1.05, 1.0, 1.0], 3.0);
+    assert_eq!((level.settling, level.settling_s), (Settling::Settled, Some(0.0)), "{level:?}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
     /// How long a ramp takes does not decide whether it is a step, nor whether the rate settles behind it.

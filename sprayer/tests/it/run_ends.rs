@@ -93,6 +93,17 @@ proptest! {
     }
 }
 
+/// Leaves stand before the nozzles for 0.1 m when the run begins: who opens 0.15 s late opened for those, and not too soon for the next ones.
+#[test]
+fn an_opening_that_was_wanted_before_the_run_is_not_the_next_one() {
+    let (speed_m_s, late_s, end_s) = (2.343_815, 0.147_861, 0.464_343);
+    let orchard = comb(-0.597_395);
+    let pass = pass(&orchard, steady(speed_m_s), end_s);
+    let (found, p95_m) = judged(&pass, &commands(&orchard, speed_m_s, late_s, end_s));
+    assert_eq!((found.missed, found.spurious, found.lead.edges, found.lag.edges), (0, 0, 0, 1), "{found:?}");
+    assert!(p95_m.is_some_and(|p95_m| p95_m < late_s * speed_m_s + 1e-3), "{found:?}");
+}
+
 /// The tractor drives 2.5 m at 1 m/s and stands: what is to shut there and does not is cut off only while one that goes could still be within 0.5 m.
 #[test]
 fn a_stand_before_the_end_decides_who_has_not_shut() {

@@ -470,6 +470,7 @@ pub(super) async fn run(args: Args, mut interrupt: Interrupt) -> Result<Outcome,
     };
     let sensors = args.sensor.open(args.format, &args.sources, args.delivery()).await?;
     let taping = args.record.start(args.about(rig.as_ref(), &scanners), false)?;
+    sensors.record_to(&taping.taps());
     let page = Page::open(&args, &scanners).await?;
     let bar =
         progress::bar("scanning", "scans", args.scans.unwrap_or(0).saturating_mul(scanners.len() as u64));

@@ -30,7 +30,8 @@ impl RecordedWay {
         if counts && rig.encoder_ticks_per_m.is_some() {
             return Ok(Self::Encoder);
         }
-        let speed = RecordedSpeed::found_in(&survey.path).map_err(|cause| unreadable(survey, cause))?;
+        let speed =
+            RecordedSpeed::found_beside(&survey.path, None).map_err(|cause| unreadable(survey, cause))?;
         Ok(speed.map_or(Self::OfRig, |(source, speed)| Self::Speed(source, speed)))
     }
 
