@@ -27,7 +27,7 @@ pub(crate) fn reading(world: &ScannerView, mirror: Mirror, at: SimTime) -> Imu {
     let [axes_before, axes, axes_after] = [before, at, after].map(|at| turned_axes(world, mirror, at));
     let (was, will) = (velocity(world.tractor(), before), velocity(world.tractor(), after));
     let [x, y, z]: Vector = std::array::from_fn(|k| (will[k] - was[k]) / between_s);
-    let felt = [x, y, z + GRAVITY_M_S2];
+    let felt = [x, y, z + GRAVITY_M_S2 + bounce(world.tractor(), at)];
     let turned = |of: usize, towards: usize| {
         let change: Vector = std::array::from_fn(|k| (axes_after[of][k] - axes_before[of][k]) / between_s);
         dot(change, axes[towards])
@@ -54,6 +54,16 @@ fn velocity(tractor: &Tractor, at: SimTime) -> Vector {
     let motion = tractor.motion(at);
     let (across, along) = motion.place.heading_rad.sin_cos();
     [motion.speed_m_s * across, motion.speed_m_s * along, 0.0]
+}
+
+/// How fast the ground lifts the tractor faster and faster, m/s².
+fn bounce(tractor: &Tractor, at: SimTime) -> f64 {
+    // Not before the drive: both sides are as far from the middle.
+    let beside = Duration::from_nanos(at.0.min(BESIDE.as_nanos() as u64));
+    let half_s = beside.as_secs_f64();
+    let up_m = |at: SimTime| tractor.motion(at).up_m;
+    let bent_m = up_m(SimTime(at.0 - beside.as_nanos() as u64)) - 2.0 * up_m(at) + up_m(at + beside);
+    if half_s > 0.0 { bent_m / (half_s * half_s) } else { 0.0 }
 }
 
 fn dot(a: Vector, b: Vector) -> f64 {
@@ -120,6 +130,41 @@ mod tests {
             turned += u32::from(rate_rad_s > 0.0);
         }
         assert!(turned > 500, "two half circles: {turned}");
+    }
+
+    /// On rough ground it feels how the tractor goes up and down, as the places of a receiver do; on level ground gravity alone.
+    #[test]
+    fn it_feels_the_bounce_of_rough_ground() {
+        use rowscan_scenes::files::scene_from_text;
+
+        for (road, rough) in [("", false), ("[drive.road]\nclass = \"E\"\n", true)] {
+            let text = format!(
+                "version = 2\n[orchard]\ntrees = 2\n[orchard.tree]\niterations = 3\n{road}[rig]\nspeed_m_s = 2.0\n"
+            );
+            let scene = scene_from_text(&text, |_| {}).expect("a scene");
+            let stage = Stage::grow(scene, &|_, _| {}).expect("it grows");
+            let model = rowscan_protocol::model::by_name("picoscan150").expect("there");
+            let (device, world) = stage.scanner(0, model).expect("it fits");
+            world.tractor().begin(SimTime::ZERO);
+            let up_m = |ms: u64| world.tractor().motion(SimTime(ms * 1_000_000)).up_m;
+            let (mut felt, mut expected, mut apart) = (0.0, 0.0, 0.0);
+            for ms in (100..8_000).step_by(20) {
+                let imu = reading(&world, device.mirror(), SimTime(ms * 1_000_000));
+                let axes = axes(imu.orientation_wxyz.map(f64::from));
+                let up: f64 =
+                    axes.iter().zip(imu.acceleration_m_s2).map(|(axis, a)| axis[2] * f64::from(a)).sum();
+                // Over 20 ms to either side: 4 cm of the way, and waves are a metre long and longer.
+                let bent = (up_m(ms - 20) - 2.0 * up_m(ms) + up_m(ms + 20)) / 0.02_f64.powi(2);
+                felt += (up - GRAVITY_M_S2).powi(2);
+                expected += bent.powi(2);
+                apart += (up - GRAVITY_M_S2 - bent).powi(2);
+            }
+            assert_eq!(expected > 0.01, rough, "{expected}");
+            assert!(
+                apart < 0.01 * expected + 1e-6 && felt < 1.1 * expected + 1e-6,
+                "{felt} {expected} {apart}"
+            );
+        }
     }
 
     #[test]
