@@ -149,10 +149,10 @@ impl Profile {
     }
 
     /// The trees, in the order of travel; none where the row shows none.
-    /// `spacing_m` is about how far they stand apart, where that is known; trunks need it not.
+    /// `spacing_m` is about how far they stand apart, where that is known; without it posts between trees are trunks.
     pub(crate) fn cut(&self, method: CutMethod, spacing_m: Option<f64>) -> Vec<FoundTree> {
         let heaps = match method {
-            CutMethod::Trunk => self.trunks(),
+            CutMethod::Trunk => without_posts(self.trunks(), spacing_m.map(|spacing_m| spacing_m / BIN_M)),
             CutMethod::Valley => self.hills(spacing_m),
         };
         self.trees(&heaps, method)
@@ -250,6 +250,32 @@ impl Profile {
         tree.leaf_area_contact_raw_m2 = Some(contact_m2);
         tree
     }
+}
+
+/// Share of the spacing by which trees, and posts midway between two, stand beside their places.
+const ASTRAY: f64 = 0.2;
+/// Neighbours that say what a heap is: those within so many spacings. Farther on, how well the spacing is known adds up.
+const NEIGHBOURS: f64 = 4.5;
+/// Trunks without the posts of a trellis, which stand midway between two trees: more of their neighbours stand a half too far off than a whole number of `spacing`.
+fn without_posts(trunks: Vec<f64>, spacing: Option<f64>) -> Vec<f64> {
+    let Some(spacing) = spacing.filter(|spacing| *spacing > 0.0) else { return trunks };
+    let is_post = |own: &f64| {
+        let ways = trunks.iter().map(|other| (other - own).abs() / spacing);
+        let (mut whole, mut half) = (0, 0);
+        for way in ways.filter(|way| *way > 0.0 && *way < NEIGHBOURS) {
+            let rest = way.rem_euclid(1.0);
+            half += u32::from((rest - 0.5).abs() < ASTRAY);
+            whole += u32::from(rest.min(1.0 - rest) < ASTRAY);
+        }
+        half > whole
+    };
+    let posts: Vec<bool> = trunks.iter().map(is_post).collect();
+    // Where a single one stands between two that are midway, the spacing may be another one: nobody knows which of them are the trees.
+    let places: Vec<usize> = posts.iter().enumerate().filter(|(_, post)| **post).map(|(at, _)| at).collect();
+    if places.iter().zip(places.iter().skip(1)).any(|(one, next)| next - one <= 2) {
+        return trunks;
+    }
+    trunks.into_iter().zip(posts).filter(|(_, post)| !post).map(|(trunk, _)| trunk).collect()
 }
 
 /// Neighbouring bins with trunk returns.
@@ -376,6 +402,37 @@ mod tests {
             let mut even = Profile::new(10_000);
             (0..2000).for_each(|i| even.add_line(f64::from(i) * 0.02, 0.02, 0.0, 0.0));
             assert_eq!(even.cut(method, None), []);
+        }
+    }
+
+    /// Posts midway between two trees, one each so many trees, the first and the last one before and behind the row, too; trees a tenth of the spacing beside
+    /// their places, and one that is missing.
+    #[test]
+    fn posts_between_trees_are_no_trunks_where_the_spacing_is_known() {
+        for every in 2..=6 {
+            for missing in [None, Some(0), Some(5), Some(7), Some(11)] {
+                for ends in [false, true] {
+                    let beside = |i: usize| [0.0, 0.1, -0.08, 0.05][i % 4];
+                    let trees: Vec<f64> = (0..12)
+                        .filter(|i| Some(*i) != missing)
+                        .map(|i| 15.0 * (i as f64 + 0.5 + beside(i)))
+                        .collect();
+                    let posts = (usize::from(!ends)..12).step_by(every).map(|i| 15.0 * i as f64);
+                    let posts = posts.filter(|at| ends || *at > 10.0);
+                    let mut all: Vec<f64> = trees.iter().copied().chain(posts).collect();
+                    all.sort_unstable_by(f64::total_cmp);
+                    let case = format!("a post each {every} trees, {missing:?} missing, ends {ends}");
+                    let found = without_posts(all.clone(), Some(15.0));
+                    // Where a single tree is left between two posts, nobody knows which are the trees.
+                    let is_unknown = missing.is_some() && every == 2 && found == all;
+                    assert!(found == trees || is_unknown, "{case}: {found:?}");
+                    // Of another spacing, or of none, nothing is taken for a post.
+                    assert_eq!(without_posts(all.clone(), None), all, "{case}");
+                    assert_eq!(without_posts(trees.clone(), Some(15.0)), trees, "{case}");
+                    assert_eq!(without_posts(trees.clone(), Some(30.0)), trees, "{case}");
+                    assert_eq!(without_posts(trees.clone(), Some(10.0)), trees, "{case}");
+                }
+            }
         }
     }
 
