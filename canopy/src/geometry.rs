@@ -80,8 +80,8 @@ pub(crate) struct Beam {
 const FARTHEST: f64 = 2.0;
 
 impl Beam {
-    /// Metres square to the row a metre of beam: 1 where the scan plane is square to it.
-    pub(crate) fn square(&self) -> f64 {
+    /// How far a metre of the beam goes in the plane across the row, metres: 1 where the scan plane does not lean.
+    pub(crate) fn across(&self) -> f64 {
         (1.0 - self.ahead * self.ahead).sqrt()
     }
 

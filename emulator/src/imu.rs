@@ -56,9 +56,9 @@ fn velocity(tractor: &Tractor, at: SimTime) -> Vector {
     [motion.speed_m_s * across, motion.speed_m_s * along, 0.0]
 }
 
-/// How fast the ground lifts the tractor faster and faster, m/s².
+/// The tractor's acceleration upwards, by the ground that it drives over, m/s².
 fn bounce(tractor: &Tractor, at: SimTime) -> f64 {
-    // Not before the drive: both sides are as far from the middle.
+    // Times of both sides are as far from the middle, and none is before 0.
     let beside = Duration::from_nanos(at.0.min(BESIDE.as_nanos() as u64));
     let half_s = beside.as_secs_f64();
     let up_m = |at: SimTime| tractor.motion(at).up_m;

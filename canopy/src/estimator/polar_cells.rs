@@ -35,8 +35,8 @@ struct Cell {
     inside: bool,
     entered: f64,
     ended: f64,
-    /// Sum over those that entered: metres square to the row a metre of beam.
-    square: f64,
+    /// Sum over those that entered of [`Beam::across`](crate::geometry::Beam::across).
+    across: f64,
 }
 
 /// What a stretch of cells holds, and how it was seen.
@@ -79,15 +79,15 @@ impl PolarCells {
         self.length_m += line.weight_m;
         for sighting in line.sightings {
             let first = sector(sighting.beam.theta_rad) * self.rings;
-            let square = sighting.beam.square();
+            let across = sighting.beam.across();
             let end = sighting.canopy.map_or(self.rings, |contact| {
                 let nearest_m = contact.range_m - self.delays.at(contact.range_m);
-                (nearest_m.max(0.0) * square / STEP_M) as usize
+                (nearest_m.max(0.0) * across / STEP_M) as usize
             });
             let Some(cells) = self.cells.get_mut(first..first + self.rings) else { continue };
             for cell in cells.iter_mut().take(end + 1) {
                 cell.entered += 1.0;
-                cell.square += square;
+                cell.across += across;
             }
             if let Some((cell, contact)) =
                 cells.get_mut(end).zip(sighting.canopy).filter(|(cell, _)| cell.inside)
@@ -120,13 +120,13 @@ impl PolarCells {
                 sums.saturated += u64::from(cell.ended >= cell.entered);
                 let passed = (cell.entered - cell.ended + half) / (cell.entered + half);
                 let range_m = ((i % self.rings) as f64 + 0.5) * STEP_M;
-                // a · r Δr Δθ Δy, with a = −ln(passed) / the beam's way, Δr / square.
+                // a · r Δr Δθ Δy, with a = −ln(passed) / the beam's way, Δr / across.
                 let sector = std::f64::consts::PI / SECTORS as f64;
                 let inflation = self.inflation.get(i % self.rings).copied().unwrap_or(1.0);
-                let square = cell.square / cell.entered;
-                sums.projected_m2 += -passed.ln() / inflation * range_m * sector * self.length_m * square;
+                let across = cell.across / cell.entered;
+                sums.projected_m2 += -passed.ln() / inflation * range_m * sector * self.length_m * across;
             }
-            (cell.entered, cell.ended, cell.square) = (0.0, 0.0, 0.0);
+            (cell.entered, cell.ended, cell.across) = (0.0, 0.0, 0.0);
         }
         (self.length_m, self.hits, self.patches) = (0.0, 0.0, 0.0);
         sums

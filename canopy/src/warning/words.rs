@@ -122,7 +122,7 @@ impl fmt::Display for Warning {
                 write!(f, "whether the leaf area holds for this row is not known: {}", names.join(", "))?;
                 match relative_sd {
                     None if keys.contains(&ClassKey::WoodShare) => f.write_str(
-                        "; wood counts as leaf, and a row without leaves is all wood: how far the leaf area is off is not known; say what is with [rig.class] wood_share, or name a calibration",
+                        "; wood counts as leaf, and a row without leaves is all wood: how far the leaf area is off is not known; `calibration` in the rig names one whose rows it is like, which knows their wood",
                     ),
                     _ => apart(f, *relative_sd),
                 }
@@ -148,7 +148,7 @@ impl fmt::Display for Warning {
             ),
             Self::MostlyWood { leaf, by_class: false } => write!(
                 f,
-                "{:.0} % of what was met is more than the wood of the calibration's rows (`[contact.wood]`, else by `class.canopy.wood_share`): leaf areas are withheld; is the row leafless, or another one than the calibration's?",
+                "the calibration's rows have so much wood (`[contact.wood]`, else by `class.canopy.wood_share`) that {:.0} % of what was met here is left for leaves: leaf areas are withheld; is the row leafless, or another one than the calibration's?",
                 leaf * 100.0
             ),
             Self::NoFoliage { share } => write!(

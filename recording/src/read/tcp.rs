@@ -68,7 +68,7 @@ impl Connections {
             self.connections.push(Connection {
                 one: segment.from,
                 other: segment.to,
-                opened: segment.syn && !segment.ack,
+                opened: false,
                 began_ns: at_ns,
                 from_one: Flow::default(),
                 from_other: Flow::default(),
@@ -76,6 +76,7 @@ impl Connections {
             self.connections.len() - 1
         });
         if let Some(connection) = self.connections.get_mut(index) {
+            connection.opened |= segment.syn && !segment.ack && segment.from == connection.one;
             connection.flow(segment.from).push(segment, at_ns);
         }
     }
