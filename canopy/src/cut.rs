@@ -254,13 +254,13 @@ impl Profile {
 
 /// Share of the spacing by which trees, and posts midway between two, stand beside their places.
 const ASTRAY: f64 = 0.2;
-/// Neighbours that say what a heap is: those within so many spacings. Farther on, how well the spacing is known adds up.
+/// Neighbours within so many spacings count. Farther on, the error of the spacing adds up.
 const NEIGHBOURS: f64 = 4.5;
-/// No more of the ways from one tree to the next than this share are not a whole number of spacings.
+/// Largest share of ways from one tree to the next that may not be a whole number of spacings.
 const MOST_ASTRAY: f64 = 0.1;
 
-/// Trunks without the posts of a trellis, which stand midway between two trees: more of their neighbours stand half a `spacing` beside a whole number of it than at a
-/// whole number. One goes after the other, the clearest first: each that goes makes the others clearer.
+/// Trunks without the posts of a trellis, which stand midway between two trees. A post is what has more neighbours 0.5, 1.5, 2.5, … spacings away than 1, 2, 3, …
+/// The clearest one is taken out first, and the others are counted again.
 fn without_posts(trunks: Vec<f64>, spacing: Option<f64>) -> Vec<f64> {
     let Some(spacing) = spacing.filter(|spacing| *spacing > 0.0) else { return trunks };
     let beside_whole = |way: f64| {
@@ -278,7 +278,7 @@ fn without_posts(trunks: Vec<f64>, spacing: Option<f64>) -> Vec<f64> {
         let Some((_, post)) = posts.filter(|(votes, _)| *votes > 0).max() else { break };
         kept.remove(post);
     }
-    // Where every other one goes, or what is left does not stand a whole number apart, the spacing is another one: nobody knows which of them are the trees.
+    // If every other one would go, or the rest does not stand whole numbers of spacings apart, the spacing is wrong: which of them are trees is not known.
     let is_half = 2 * (trunks.len() - kept.len()) + 1 >= trunks.len();
     let ways: Vec<f64> = kept.iter().zip(kept.iter().skip(1)).map(|(one, next)| next - one).collect();
     let astray = ways.iter().filter(|way| beside_whole(**way) > ASTRAY).count();

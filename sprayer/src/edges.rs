@@ -172,7 +172,7 @@ impl Edges {
             for edge in Edge::ALL {
                 let (wanted, delivered) = (times(wanted, edge, pass.time()), times(open, edge, pass.time()));
                 let way = |times: &[f64]| times.iter().map(|at| pass.way_m(*at)).collect::<Vec<_>>();
-                // Where a run begins before leaves, an opening was wanted before it: one that comes late is that one's, and not the next leaves'.
+                // If a run begins before leaves, their opening was wanted before it. A late opening is matched with that one, not with that of the next leaves.
                 let before = usize::from(edge == Edge::Open && begins_wanted);
                 let from_beginning = [&vec![pass.way_m(run.from); before][..], &way(&wanted)].concat();
                 for (a, b) in pairs(&from_beginning, &way(&delivered)) {

@@ -144,7 +144,7 @@ impl After {
             };
             windows.iter().filter(within).collect::<Vec<&Window>>()
         };
-        // A change that takes its time asks for its rate all along: the clock starts where it begins.
+        // The wanted rate changes all through a ramp: the clock starts where the ramp begins.
         let (during, behind) = (since(step.from), since(step.to));
         let is_off = |window: &&&Window| window.error().abs() > band;
         let (last, off) = (behind.last(), during.iter().rev().find(is_off));

@@ -136,7 +136,8 @@ impl<'a> Forbidden<'a> {
     pub fn spilt(&self, rule: Option<Rule>) -> Spilt {
         let rules = || self.by_rule.iter().filter(|(own, _)| rule.is_none_or(|rule| rule == *own));
         let by_nozzle = self.flows.iter().enumerate().map(|(nozzle, flow)| {
-            let times = rules().fold(Spans::default(), |all, (_, times)| all.or(&times[nozzle]));
+            let times = rules().filter_map(|(_, times)| times.get(nozzle));
+            let times = times.fold(Spans::default(), |all, times| all.or(times));
             (times.length(), flow.litres_in(&times))
         });
         let (forbidden_s, litres) = by_nozzle

@@ -218,7 +218,7 @@ impl Tapes {
 impl Sensors {
     /// Records what the receiver and the bus say as well, beside the scans: the way may come from them.
     pub(super) fn record_to(&self, taps: &Taps) {
-        // What is recorded already goes on to be.
+        // Only the first call counts.
         if self.gnss.is_some() {
             let _ = self.tapes.gnss.set(taps.open("gnss", StreamKind::Nmea));
         }

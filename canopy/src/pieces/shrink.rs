@@ -82,8 +82,8 @@ fn error_sd(reliability: f64, error: &ByLength, true_variance: f64, piece: &Piec
     (reliability * error.of(piece.length_m)).hypot((1.0 - reliability) * true_variance.sqrt())
 }
 
-/// What the piece holds a metre in which half of the foliage lies, from the emptiest on. A row may have more gaps than trees, and a gap holds what hangs
-/// over from its neighbours: where few trees stand, the median piece is a gap.
+/// Leaf area a metre of the middle piece: with pieces sorted from the emptiest on, the one at which their sum passes half of the row's leaf area. The median piece would
+/// be a gap where few trees stand, since what hangs over from its neighbours makes a gap a piece.
 fn middle(pieces: &[Piece]) -> Option<f64> {
     let mut known: Vec<(f64, f64)> = pieces
         .iter()

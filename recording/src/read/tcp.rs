@@ -25,7 +25,7 @@ struct Connection {
     from_other: Flow,
 }
 
-/// Bytes that a window holds: no more overtake a SYN.
+/// More bytes than a usual window holds: so many can be captured before the SYN that they follow.
 const EARLY: u32 = 1 << 20;
 
 /// No SYN is sent again sooner (RFC 6298, section 2); what a capture holds twice comes within milliseconds.
@@ -121,8 +121,8 @@ impl Connection {
         if from == self.one { &mut self.from_one } else { &mut self.from_other }
     }
 
-    /// A SYN of either side is this connection's own. A device may begin each connection with the same number: one that comes when bytes have
-    /// passed, and so late that it is not sent again, opens another.
+    /// True if a SYN of either side belongs to this connection. A client may begin each connection with the same number: a SYN that comes after bytes, and too late
+    /// to be a repeated one, opens another.
     fn is_opened_by(&mut self, syn: &Segment<'_>, at_ns: u64) -> bool {
         let is_soon = at_ns < self.began_ns.saturating_add(SENT_AGAIN_NS);
         let is_over = !syn.ack && !is_soon && self.has_bytes();
