@@ -43,11 +43,13 @@ pub enum ClassKey {
     Height,
     /// Between lines: few lines a voxel read high.
     LineSpacing,
+    /// How deep across the row the crowns are seen: as many leaves in narrower crowns stand closer together, and read lower.
+    CrownDepth,
 }
 
 impl ClassKey {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::LeafAngle,
         Self::LeafSize,
         Self::Season,
@@ -58,6 +60,7 @@ impl ClassKey {
         Self::Distance,
         Self::Height,
         Self::LineSpacing,
+        Self::CrownDepth,
     ];
 
     /// Its name in warnings, studies and tables.
@@ -73,6 +76,7 @@ impl ClassKey {
             Self::Distance => "distance",
             Self::Height => "height",
             Self::LineSpacing => "line_spacing",
+            Self::CrownDepth => "crown_depth",
         }
     }
 
@@ -91,6 +95,7 @@ impl ClassKey {
                 | Self::Distance
                 | Self::Height
                 | Self::LineSpacing
+                | Self::CrownDepth
         )
     }
 
@@ -103,6 +108,7 @@ impl ClassKey {
             Self::Distance => geometry.distance_m,
             Self::Height => geometry.height_m,
             Self::LineSpacing => geometry.line_spacing_m,
+            Self::CrownDepth => geometry.crown_depth_m,
             Self::Season | Self::Generator | Self::TrainingSystem | Self::Optics => None,
         }
     }
@@ -116,6 +122,7 @@ impl ClassKey {
             Self::Distance
             | Self::Height
             | Self::LineSpacing
+            | Self::CrownDepth
             | Self::Season
             | Self::Generator
             | Self::TrainingSystem
@@ -123,10 +130,10 @@ impl ClassKey {
         }
     }
 
-    /// How far apart two such numbers are: leaf sizes, distances and heights by the logarithm of their ratio, others by their difference.
+    /// How far apart two such numbers are: leaf sizes, distances, heights and depths of crowns by the logarithm of their ratio, others by their difference.
     pub fn apart(self, one: f64, other: f64) -> f64 {
         match self {
-            Self::LeafSize | Self::Distance | Self::Height => (one / other).ln().abs(),
+            Self::LeafSize | Self::Distance | Self::Height | Self::CrownDepth => (one / other).ln().abs(),
             _ => (one - other).abs(),
         }
     }
@@ -152,6 +159,7 @@ impl ClassKey {
             Self::LeafAngle => format!("{value:.0}°"),
             Self::LeafSize => format!("{value:.1} cm²"),
             Self::Distance | Self::Height => format!("{value:.1} m"),
+            Self::CrownDepth => format!("{value:.2} m"),
             Self::LineSpacing => format!("{value:.3} m"),
             _ => format!("{:.0} %", 100.0 * value),
         }
@@ -179,6 +187,8 @@ pub struct ScanGeometry {
     pub height_m: Option<f64>,
     /// Between lines, metres.
     pub line_spacing_m: Option<f64>,
+    /// How deep the crowns are seen, metres ([`Estimate::crown_depth_m`](crate::Estimate::crown_depth_m)).
+    pub crown_depth_m: Option<f64>,
 }
 
 /// How a row stands against the class that its leaf area holds for, in one property.
@@ -238,6 +248,7 @@ impl RowClass {
                     distance_m: class.distance_m,
                     height_m: class.height_m,
                     line_spacing_m: class.line_spacing_m,
+                    crown_depth_m: class.crown_depth_m,
                 };
                 let numbers = |key: ClassKey| numbers(key, key.number(of, fitted), found(key));
                 vec![
@@ -251,6 +262,7 @@ impl RowClass {
                     numbers(ClassKey::Distance),
                     numbers(ClassKey::Height),
                     numbers(ClassKey::LineSpacing),
+                    numbers(ClassKey::CrownDepth),
                 ]
             }
         }

@@ -57,6 +57,9 @@ pub struct Estimate {
     pub scanned_m: Option<f64>,
     /// Metres scanned of those metres of row that hold canopy, less those where trees are missing: the length that laws are applied to.
     pub canopy_m: Option<f64>,
+    /// How deep across the row the crowns were seen, metres: the middle eight tenths of the canopy's returns from 0.5 m above the ground on; `None` of
+    /// few returns. Less than the crowns' width, for what is hidden does not count.
+    pub crown_depth_m: Option<f64>,
     /// I_T, the impacted area of all canopy returns, leaf and wood (paper eq. 4), m².
     pub impacted_total_area_m2: Option<f64>,
     /// The leaf area, one-sided: `leaf_area_m2`, `lai` and what belongs to them.

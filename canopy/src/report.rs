@@ -164,6 +164,7 @@ fn tell_how_sure(
             distance_m: Some(pass.mount.distance_m),
             height_m: Some(pass.mount.height_m),
             line_spacing_m: pass.row.totals().line_spacing_m(),
+            crown_depth_m: pass.row.crown_depth_m(),
         },
         planned_spacing_m: pass.row.planned_spacing_m(),
     };
@@ -310,6 +311,7 @@ fn row(
     estimate.advance_source = pass.odometry.source();
     estimate.scanned_m = Some(scanned_m);
     estimate.canopy_m = Some(totals.canopy_m);
+    estimate.crown_depth_m = pass.row.crown_depth_m();
     estimate.impacted_total_area_m2 = Some(totals.impacted_m2);
     let Mount { height_m, distance_m, offset_y_m, yaw_deg, pitch_deg, roll_deg, .. } = pass.mount;
     estimate.mount = Some(MountReport { height_m, distance_m, offset_y_m, yaw_deg, pitch_deg, roll_deg });

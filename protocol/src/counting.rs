@@ -56,6 +56,7 @@ pub struct Counting {
     last: Option<Reading>,
     /// Which telegrams have come since the device last began anew, and what was lost before.
     window: Option<Window>,
+    times: Times,
     lost_before: u64,
     uptime: Uptime,
     clock: DeviceClock,
@@ -90,6 +91,44 @@ struct Reading {
     layer_centideg: i16,
     time_us: u32,
     travel_s: f64,
+}
+
+/// When on the device clock the telegrams of a window were taken, µs; a telegram's place is its number, over and over.
+#[derive(Clone, Copy, Debug)]
+struct Times([u32; REMEMBERED as usize]);
+
+impl Default for Times {
+    fn default() -> Self {
+        Self([0; REMEMBERED as usize])
+    }
+}
+
+impl Times {
+    fn keep(&mut self, number: u64, time_us: u32) {
+        if let Some(place) = self.0.get_mut((number % REMEMBERED) as usize) {
+            *place = time_us;
+        }
+    }
+
+    /// Of a telegram that the window remembers.
+    fn of(&self, number: u64) -> Option<u32> {
+        self.0.get((number % REMEMBERED) as usize).copied()
+    }
+
+    /// True if a telegram that has not come was taken at this time: between its neighbours, and where nothing remembered is older than it, as many periods before
+    /// the one behind it as there are telegrams between them.
+    fn fits(&self, window: &Window, number: u64, time_us: u32, period_s: f64) -> bool {
+        let neighbour = |newer| window.nearest(number, newer).and_then(|near| Some((near, self.of(near)?)));
+        let Some((newer, newer_us)) = neighbour(true) else { return false };
+        let before_us = newer_us.wrapping_sub(time_us) as i32;
+        match neighbour(false) {
+            Some((_, older_us)) => before_us >= 0 && time_us.wrapping_sub(older_us) as i32 >= 0,
+            None => {
+                let periods = f64::from(before_us) * 1e-6 / period_s - (newer - number) as f64;
+                libm::fabs(periods) <= TURNS_TOLERANCE
+            }
+        }
+    }
 }
 
 /// Where a telegram stands in the stream.
@@ -278,27 +317,29 @@ impl Counting {
         let behind = u64::from(last.counter.wrapping_sub(scan.telegram_counter));
         let clock_us = scan.scan_time_us.wrapping_sub(last.time_us) as i32;
         if behind == 0 {
-            return (clock_us >= 0).then(|| {
+            return (clock_us == 0).then(|| {
                 self.repeated += 1;
                 Turn::Repeated
             });
         }
-        let period_s = self.frequency_hz().map_or(nominal_s, f64::recip);
-        let expected_s = -(behind as f64) * period_s;
-        let is_of_its_time = match clock_us {
-            0 => behind <= REORDER,
-            clock_us => (f64::from(clock_us) * 1e-6 - expected_s).abs() <= period_s,
-        };
         let is_at_once =
             self.uptime.passed_s(scan.received).is_none_or(|passed_s| passed_s <= MAX_OVERTAKEN_S);
-        let is_known = behind < REMEMBERED && is_of_its_time && is_at_once;
-        let window = self.window.as_mut().filter(|_| is_known)?;
+        let is_near = behind < if clock_us == 0 { REORDER + 1 } else { REMEMBERED };
+        let period_s = self.frequency_hz().map_or(nominal_s, f64::recip);
+        let window = self.window.as_mut().filter(|_| is_near && is_at_once)?;
         let number = window.newest().checked_sub(behind)?;
         if window.has_seen(number) {
-            self.repeated += 1;
-            return Some(Turn::Repeated);
+            // Another time by the device's clock is another telegram: the device counts anew.
+            return (self.times.of(number)? == scan.scan_time_us).then(|| {
+                self.repeated += 1;
+                Turn::Repeated
+            });
+        }
+        if !self.times.fits(window, number, scan.scan_time_us, period_s) {
+            return None;
         }
         window.take(number);
+        self.times.keep(number, scan.scan_time_us);
         self.lost = self.lost_before + window.missing();
         self.late += 1;
         Some(Turn::Late)
@@ -337,6 +378,7 @@ impl Counting {
         let window = self.window.get_or_insert_with(|| Window::new(first));
         let number = if window.is_empty() { first } else { window.newest() + steps };
         window.take(number);
+        self.times.keep(number, time_us);
         self.lost = self.lost_before + window.missing();
         let (turn, layer_centideg) = (scan.scan_counter, scan.layer_centideg);
         self.last = Some(Reading { counter, turn, layer_centideg, time_us, travel_s });

@@ -51,6 +51,13 @@ impl Window {
         self.newest.checked_sub(counter).is_some_and(|age| age < REMEMBERED && self.seen >> age & 1 == 1)
     }
 
+    /// The telegram nearest to this one that has come, of those behind it (`newer`) or before it, as far as they are remembered.
+    pub(crate) fn nearest(&self, counter: u64, newer: bool) -> Option<u64> {
+        let mut near = (1..REMEMBERED)
+            .map_while(|n| if newer { counter.checked_add(n) } else { counter.checked_sub(n) });
+        near.find(|near| self.has_seen(*near))
+    }
+
     pub(crate) fn take(&mut self, counter: u64) {
         if let Some(ahead) = counter.checked_sub(self.newest) {
             self.seen = if ahead < REMEMBERED { self.seen << ahead } else { 0 } | 1;

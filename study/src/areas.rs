@@ -101,7 +101,7 @@ impl AreasStudy {
         let scanner = mount.and_then(|mount| model::by_name(&mount.model));
         let list = |values: Vec<String>| values.join(", ");
         CalibrationClass {
-            preset: self.scene.orchard.preset.to_string(),
+            preset: self.scene.orchard.training_system(),
             shady_threshold_percent: self.shady_percent.iter().copied().fold(0.0, f64::max),
             growth_stage: format!(
                 "{} iterations, shady thresholds {} %",
@@ -121,6 +121,7 @@ impl AreasStudy {
             yaw_deg: mount.map(|mount| mount.yaw_deg).filter(|deg| *deg != 0.0),
             pitch_deg: mount.map(|mount| mount.pitch_deg).filter(|deg| *deg != 0.0),
             line_spacing_m: None,
+            crown_depth_m: None,
             voxel_m: None,
             canopy: CanopyClass::default(),
         }

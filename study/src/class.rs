@@ -1,7 +1,7 @@
 //! What canopy a scene is: its description for warnings, from the scene and from what was grown. It never enters an estimate.
 
 use rowscan_canopy::{CanopyClass, RowClass};
-use rowscan_scenes::{GeneratorKind, Scene, Truth};
+use rowscan_scenes::{Scene, Truth};
 
 /// The class of a scene's first row, of which this is the truth.
 pub fn row_class(scene: &Scene, truth: &Truth) -> RowClass {
@@ -9,12 +9,8 @@ pub fn row_class(scene: &Scene, truth: &Truth) -> RowClass {
     // Fruit stops beams, and is no leaf.
     let wood_m2 = truth.wood_area_m2 + truth.post_area_m2 + truth.wire_area_m2 + truth.fruit_area_m2;
     let surface_m2 = wood_m2 + 2.0 * truth.leaf_area_m2;
-    let preset = match scene.orchard.generator() {
-        GeneratorKind::Hmt | GeneratorKind::Trained => scene.orchard.preset.to_string(),
-        other => other.to_string(),
-    };
     RowClass {
-        preset: Some(preset),
+        preset: Some(scene.orchard.training_system()),
         canopy: CanopyClass {
             leaf_angle_deg: truth.leaf_angle_mean_deg,
             leaf_area_cm2: (leaves > 0).then(|| truth.leaf_area_m2 * 1e4 / leaves as f64),

@@ -38,7 +38,13 @@ pub(super) fn set<T: Serialize>(
 /// The same of a scene.
 pub(super) fn set_in_scene(scene: &Scene, settings: &[Setting<'_>]) -> Result<Scene, String> {
     // It is written in the present version, of which nothing needs to be told.
-    set(scene, settings, |text| files::scene_from_text(text, |_| {}))
+    let changed = set(scene, settings, |text| files::scene_from_text(text, |_| {}))?;
+    let idle = changed.orchard.without_effect().filter(|idle| {
+        let is_set = |key: &&String| settings.iter().any(|(set, _)| set == key);
+        idle.keys.iter().any(|key| is_set(&key))
+    });
+    // A study of such a key would measure an effect of nothing.
+    idle.map_or(Ok(changed), |idle| Err(idle.to_string()))
 }
 
 /// Why a key of a scene cannot be set.
@@ -203,6 +209,23 @@ mod tests {
 
     fn set(settings: &[Setting<'_>]) -> Result<Scene, String> {
         set_in_scene(&spindle(), settings)
+    }
+
+    #[test]
+    fn keys_that_the_trees_do_not_look_at_are_refused_and_take_effect_where_they_are_looked_at() {
+        let rank = || ("orchard.tree.leaf_rank_scale", Value::String("linear".into()));
+        let refused = set(&[rank()]).expect_err("refused");
+        assert!(
+            refused.contains(
+                "`orchard.tree.leaf_rank_scale` has no effect on trees of `generator = \"trained\"`"
+            ),
+            "{refused}"
+        );
+        let by_hmt = ("orchard.generator", Value::String("hmt".into()));
+        assert!(set(&[by_hmt.clone(), rank()]).is_ok());
+        // What the preset has anyway is no wish.
+        assert!(set(&[("orchard.tree.leaf_rank_scale", Value::String("off".into()))]).is_ok());
+        assert!(set(&[by_hmt, ("orchard.training.spurs_per_m", Value::Float(3.0))]).is_err());
     }
 
     #[test]

@@ -79,6 +79,9 @@ pub struct CalibrationClass {
     /// How far apart lines lay, the mean over the rows' length, metres; unknown in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line_spacing_m: Option<f64>,
+    /// How deep the crowns were seen, the mean of the rows, metres; unknown in files of versions before this key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crown_depth_m: Option<f64>,
     /// Edge of the voxels that contact was measured in, metres; unknown in files of versions before this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub voxel_m: Option<f64>,
@@ -230,11 +233,14 @@ impl Calibration {
         self.contact.validate(&CONTACT_KEYS)?;
         self.share.map_or(Ok(()), |share| share.validate(&SHARE_KEYS))?;
         self.witness.map_or(Ok(()), |witness| witness.validate())?;
-        if let Some(value) = self.class.distance_m.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            return Err(CalibrationError::NotPositive { key: "class.distance_m", value });
-        }
-        if let Some(value) = self.class.voxel_m.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            return Err(CalibrationError::NotPositive { key: "class.voxel_m", value });
+        for (key, value) in [
+            ("class.distance_m", self.class.distance_m),
+            ("class.voxel_m", self.class.voxel_m),
+            ("class.crown_depth_m", self.class.crown_depth_m),
+        ] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                return Err(CalibrationError::NotPositive { key, value });
+            }
         }
         Ok(())
     }

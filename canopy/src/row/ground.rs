@@ -83,6 +83,11 @@ impl Row {
         self.across.growth_in_alley()
     }
 
+    /// How deep across the row the canopy's returns lie, metres; `None` of few of them.
+    pub(crate) fn crown_depth_m(&self) -> Option<f64> {
+        self.across.depth_m()
+    }
+
     /// Share of the canopy that stands where the scanner drives; `None` where it is small.
     pub(crate) fn at_scanner(&self) -> Option<f64> {
         self.across.at_scanner(self.frame.distance_m)

@@ -115,6 +115,9 @@ impl fmt::Display for Warning {
                 if *key == ClassKey::LineSpacing {
                     f.write_str("; fewer lines a voxel read higher, more of them lower; the rig's `speed_m_s` sets how large a voxel is: let it be the speed that was driven")?;
                 }
+                if *key == ClassKey::CrownDepth {
+                    f.write_str("; narrower crowns read lower, deeper ones higher: a calibration of such crowns knows (`rowscan study calibration`)")?;
+                }
                 Ok(())
             }
             Self::ClassUnknown { keys, relative_sd } => {

@@ -34,11 +34,19 @@ fn row_class() -> RowClass {
     RowClass { preset: Some("spindle".into()), canopy: canopy() }
 }
 
+/// Of the wall, as it is seen: it lies 1.75 to 1.9 m away.
+fn crown_depth_m() -> f64 {
+    let depth_m = told(None, None).crown_depth_m.expect("known");
+    assert!((0.1..0.14).contains(&depth_m), "{depth_m}");
+    depth_m
+}
+
 fn calibration(canopy: CanopyClass) -> Calibration {
     let class = CalibrationClass {
         distance_m: Some(Mount::default().distance_m),
         height_m: Some(1.6),
         line_spacing_m: Some(0.02),
+        crown_depth_m: Some(crown_depth_m()),
         canopy,
         ..class()
     };
@@ -147,12 +155,13 @@ fn a_row_larger_than_all_that_were_fitted_has_a_wider_interval() {
 }
 
 #[test]
-fn a_calibration_made_from_elsewhere_is_warned_of_and_widens_the_interval() {
+fn a_calibration_made_from_elsewhere_or_on_other_crowns_is_warned_of_and_widens_the_interval() {
     type Place = fn(&mut CalibrationClass, Option<f64>);
     let own = Mount::default();
-    let places: [(&str, f64, Place); 2] = [
+    let places: [(&str, f64, Place); 3] = [
         ("distance", own.distance_m, |class, distance_m| class.distance_m = distance_m),
         ("height", own.height_m, |class, height_m| class.height_m = height_m),
+        ("crown_depth", crown_depth_m(), |class, depth_m| class.crown_depth_m = depth_m),
     ];
     for (key, own_m, place) in places {
         let from = |place_m: Option<f64>| {

@@ -268,6 +268,7 @@ fn fitted(found: &Estimate) -> Calibration {
         yaw_deg: None,
         pitch_deg: None,
         line_spacing_m: None,
+        crown_depth_m: None,
         voxel_m: None,
         canopy: CanopyClass::default(),
     };

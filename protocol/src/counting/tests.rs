@@ -1,4 +1,5 @@
 use super::*;
+use alloc::format;
 use alloc::vec::Vec;
 
 fn scan(counter: u16, time_us: u32) -> Scan {
@@ -163,6 +164,44 @@ fn half_a_turn_of_the_counter_is_the_longest_gap() {
 fn a_counter_that_stands_while_the_clock_runs_back_is_a_restart() {
     let (c, _) = count([(5, 80_000), (6, 100_000), (6, 60_000), (7, 80_000)]);
     assert_eq!((c.repeated, c.lost, c.restarts), (0, 0, 1));
+}
+
+#[test]
+fn a_device_that_begins_anew_at_once_repeats_nothing_however_few_scans_came_before() {
+    for (first, before) in [(0_u16, 1_u16), (1, 2), (1, 20), (1, 45), (1, 62), (1, 64), (1, 80), (7, 30)] {
+        // Its clock begins anew, too, with another part of a turn past.
+        for phase_us in (1..20_000).step_by(997) {
+            let scans = (0..before).map(|n| (first + n, 20_000 * (u32::from(n) + 1)));
+            let anew = (0..before).map(|n| (first + n, 20_000 * u32::from(n) + phase_us));
+            let (c, turns) = count(scans.chain(anew));
+            let told = format!("{first}, {before} scans, {phase_us} us: {c:?}");
+            assert_eq!((c.repeated, c.late, c.restarts, c.all_lost()), (0, 0, 1, None), "{told}");
+            let way_s = turns.last().map(travel_s).unwrap();
+            assert!((way_s - 0.02 * f64::from(2 * before - 1)).abs() < 1e-3, "{way_s} s: {told}");
+        }
+    }
+}
+
+#[test]
+fn telegrams_that_others_overtook_are_late_once_and_repeated_after() {
+    // Six telegrams a turn: its layers have one time.
+    for layers in [1_u16, 6] {
+        let of = |n: u16| (n, 20_000 * u32::from(n / layers));
+        let mut order: Vec<u16> = (10..60).collect();
+        let moved = order.remove(12);
+        order.insert(12 + 2, moved);
+        order.insert(30, moved);
+        let readings = order.into_iter().map(|n| {
+            let (counter, time_us) = of(n);
+            Scan { layer_centideg: (n % layers) as i16, ..scan(counter, time_us) }
+        });
+        let mut counting = Counting::default();
+        readings.for_each(|scan| {
+            counting.observe(&scan);
+        });
+        let found = (counting.late, counting.repeated, counting.restarts, counting.lost);
+        assert_eq!(found, (1, 1, 0, 0), "{layers} layers");
+    }
 }
 
 #[test]

@@ -27,6 +27,9 @@ pub fn load_scene(name: &str, mut tell: impl FnMut(Warning)) -> Result<Scene, Lo
     if scene.optics.air_is_off() {
         tell(Warning::AirIsOff { place: source.place.clone() });
     }
+    if let Some(keys) = scene.orchard.without_effect() {
+        tell(Warning::NoEffect { place: source.place.clone(), keys });
+    }
     let cast = scene.optics.beam_width();
     if let Some(rig) = scene.rig.optics.filter(|rig| *rig != cast) {
         tell(Warning::OtherOptics { place: source.place, rig, cast });

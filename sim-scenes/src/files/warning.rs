@@ -4,6 +4,8 @@ use std::fmt;
 
 use rowscan_protocol::rig::{BeamWidth, OldRoof, VERSION};
 
+use crate::orchard::WithoutEffect;
+
 /// Something in a file that does other than it seems to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -19,6 +21,13 @@ pub enum Warning {
     AirIsOff {
         /// File or built-in name.
         place: String,
+    },
+    /// Keys of the orchard that what makes its trees does not look at.
+    NoEffect {
+        /// File or built-in name.
+        place: String,
+        /// Which.
+        keys: WithoutEffect,
     },
     /// A rig that says another width of the beams than those that the scene casts.
     OtherOptics {
@@ -41,6 +50,9 @@ impl fmt::Display for Warning {
                 f,
                 "{place}: `[optics.air]` has no effect, for its stage is off; write `[optics] stages = \"device\"`, or another list with `air`, or give --optics"
             ),
+            Self::NoEffect { place, keys } => {
+                write!(f, "{place}: {keys}")
+            }
             Self::OtherOptics { place, rig, cast } => write!(
                 f,
                 "{place}: `[rig] optics = \"{}\"`, and the scene casts {} beams (`[optics] stages`): estimates of its scans are wrong by it; leave the rig's \

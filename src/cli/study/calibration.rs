@@ -61,6 +61,7 @@ struct FittedRow {
     canopy: CanopyClass,
     line_spacing_m: Option<f64>,
     voxel_m: Option<f64>,
+    crown_depth_m: Option<f64>,
 }
 
 pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
@@ -107,6 +108,7 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
             canopy: trial.class.canopy.clone(),
             line_spacing_m: trial.estimate.contact.and_then(|contact| contact.line_spacing_m),
             voxel_m: trial.estimate.contact.map(|contact| contact.voxel_m),
+            crown_depth_m: trial.estimate.crown_depth_m,
         }
     };
     let name = format!("calibration by {clumping:?}, wood {wood}");
@@ -117,7 +119,8 @@ pub(super) async fn run(args: Args) -> Result<Outcome, Failure> {
         fitted.iter().map(|row| RowClass { preset: None, canopy: row.canopy.clone() }).collect();
     let canopy = mean_class(classes.iter()).canopy;
     let class = CalibrationClass {
-        line_spacing_m: line_spacing_m(fitted.iter().map(|row| row.line_spacing_m)),
+        line_spacing_m: mean_m(fitted.iter().map(|row| row.line_spacing_m)),
+        crown_depth_m: mean_m(fitted.iter().map(|row| row.crown_depth_m)),
         voxel_m: voxel_m(fitted.iter().map(|row| row.voxel_m)),
         ..class_of(&scene, model, canopy)
     };
@@ -181,7 +184,7 @@ fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationC
     let rig = scene.resolved_rig();
     let mount = rig.scanners.first();
     CalibrationClass {
-        preset: scene.orchard.preset.to_string(),
+        preset: scene.orchard.training_system(),
         shady_threshold_percent: tree.shady_percent,
         growth_stage: format!("{} iterations", tree.iterations),
         tree_spacing_m: scene.orchard.layout().tree_spacing_m,
@@ -199,6 +202,7 @@ fn class_of(scene: &Scene, model: AnyModel, canopy: CanopyClass) -> CalibrationC
         yaw_deg: mount.map(|mount| mount.yaw_deg).filter(|deg| *deg != 0.0),
         pitch_deg: mount.map(|mount| mount.pitch_deg).filter(|deg| *deg != 0.0),
         line_spacing_m: None,
+        crown_depth_m: None,
         voxel_m: None,
         canopy,
     }
@@ -211,9 +215,9 @@ pub(super) fn voxel_m(rows: impl IntoIterator<Item = Option<f64>>) -> Option<f64
     rows.all(|edge_m| edge_m == first).then_some(first).flatten()
 }
 
-/// How far apart lines lie on these rows, the mean, to a tenth of a millimetre; `None` where one does not tell.
-pub(super) fn line_spacing_m(rows: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
-    let spacing_m: Option<Vec<f64>> = rows.into_iter().collect();
-    let spacing_m = spacing_m.filter(|rows| !rows.is_empty())?;
-    Some((rowscan_canopy::regression::mean(&spacing_m) * 1e4).round() / 1e4)
+/// The mean over these rows, metres, to a tenth of a millimetre; `None` where one does not tell.
+pub(super) fn mean_m(rows: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+    let told: Option<Vec<f64>> = rows.into_iter().collect();
+    let told = told.filter(|rows| !rows.is_empty())?;
+    Some((rowscan_canopy::regression::mean(&told) * 1e4).round() / 1e4)
 }

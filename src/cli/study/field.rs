@@ -12,7 +12,7 @@ use rowscan_study::calibrations::{load_calibration_for, load_named_calibration};
 use rowscan_study::field::{self, FieldReport, MeasuredPiece, Planned, ScannedPiece};
 use rowscan_study::reading::{CalibrationChoice, Reading};
 
-use super::calibration::{line_spacing_m, voxel_m};
+use super::calibration::{mean_m, voxel_m};
 use crate::cli::estimate::contradictions;
 use crate::cli::grid::Grid;
 use crate::cli::output::{self, number, percent, say, share};
@@ -92,8 +92,12 @@ async fn calibrate(args: &Args, rig: &Rig, sheet: &Path) -> Result<Outcome, Fail
     bar.finish_and_clear();
     let spacings_m = rows.iter().map(|row: &Estimate| row.contact.as_ref()?.line_spacing_m);
     let edges_m = rows.iter().map(|row| Some(row.contact.as_ref()?.voxel_m));
-    let class =
-        CalibrationClass { line_spacing_m: line_spacing_m(spacings_m), voxel_m: voxel_m(edges_m), ..nearest };
+    let class = CalibrationClass {
+        line_spacing_m: mean_m(spacings_m),
+        crown_depth_m: mean_m(rows.iter().map(|row| row.crown_depth_m)),
+        voxel_m: voxel_m(edges_m),
+        ..nearest
+    };
     scanned.sort_by_key(|(line, _)| *line);
     let pieces: Vec<ScannedPiece> = scanned.into_iter().map(|(_, piece)| piece).collect();
     let command = format!("rowscan study field {} --rig {}", sheet.display(), args.rig);

@@ -38,7 +38,7 @@ struct ClassesFile {
 #[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AxisFile {
-    /// Its name; that of a class key (leaf_angle, leaf_size, season, generator, training_system, wood_share, optics, distance, height, line_spacing) gives the between-class
+    /// Its name; that of a class key (leaf_angle, leaf_size, season, generator, training_system, wood_share, optics, distance, height, line_spacing, crown_depth) gives the between-class
     /// term of intervals.
     #[schemars(example = &"leaf_angle")]
     name: String,

@@ -17,6 +17,7 @@ fn class() -> CalibrationClass {
         yaw_deg: None,
         pitch_deg: None,
         line_spacing_m: None,
+        crown_depth_m: None,
         voxel_m: None,
         canopy: CanopyClass::default(),
     }

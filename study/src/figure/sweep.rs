@@ -79,11 +79,7 @@ impl<'a> Scale<'a> {
     }
 
     fn ends(&self, effect: &Effect) -> [f64; 2] {
-        let se = if self.errors {
-            effect.mean_abs_se.map(|se| 100.0 * se)
-        } else {
-            effect.sd.map(|sd| sd / (effect.n as f64).sqrt())
-        };
+        let se = if self.errors { effect.mean_abs_se.map(|se| 100.0 * se) } else { effect.mean_se };
         // Of a single value nothing is known: no bar.
         [-2.0, 2.0].map(|times| self.middle(effect) + times * se.unwrap_or(0.0))
     }

@@ -1,5 +1,7 @@
 //! What a sweep found: every unit as a row, and each axis' effect on each output.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use toml::Value;
@@ -34,15 +36,19 @@ pub struct Effect {
     pub output: String,
     /// Units with a value.
     pub n: usize,
+    /// Orchards among them, by their seeds: one that stands at several points is one sample of what orchards differ by.
+    pub orchards: usize,
     /// Units that were tried there: of the others the output is withheld or unknown, and the mean is not theirs.
     pub of: usize,
     /// Mean; not a number where no unit has a value.
     pub mean: f64,
+    /// Its standard error, over orchards: units of one orchard err together. None of fewer than two orchards.
+    pub mean_se: Option<f64>,
     /// Standard deviation; none of fewer than two values.
     pub sd: Option<f64>,
     /// Mean of the absolute values.
     pub mean_abs: f64,
-    /// Standard error of the mean of the absolute values; none of fewer than two.
+    /// Standard error of the mean of the absolute values, over orchards as well.
     pub mean_abs_se: Option<f64>,
 }
 
@@ -62,8 +68,10 @@ pub fn report(provenance: Header<SweepStudy>, units: &[Unit<Tried>]) -> SweepRep
         for (column, output) in study.keep.iter().enumerate() {
             for part in &parts(axis, study.design) {
                 let there = || units.iter().filter(|unit| part.holds(&own(unit)));
-                let values: Vec<f64> =
-                    there().filter_map(|unit| unit.result.kept.get(column).copied().flatten()).collect();
+                let value = |unit: &Unit<Tried>| {
+                    Some((unit.result.seed, unit.result.kept.get(column).copied().flatten()?))
+                };
+                let values: Vec<(u64, f64)> = there().filter_map(value).collect();
                 let of = there().count();
                 if of > 0 {
                     effects.push(Effect { of, ..Effect::of(axis, part, output.name(), &values) });
@@ -166,22 +174,49 @@ impl Part {
 }
 
 impl Effect {
-    fn of(axis: &Axis, part: &Part, output: &str, values: &[f64]) -> Self {
-        let n = values.len() as f64;
-        let sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
+    /// Of these values, each with its orchard's seed.
+    fn of(axis: &Axis, part: &Part, output: &str, of_orchards: &[(u64, f64)]) -> Self {
+        let values: Vec<f64> = of_orchards.iter().map(|(_, value)| *value).collect();
+        let sizes: Vec<(u64, f64)> = of_orchards.iter().map(|(seed, value)| (*seed, value.abs())).collect();
+        let (mean, orchards) = mean_of_orchards(of_orchards);
+        let (mean_abs, _) = mean_of_orchards(&sizes);
         Self {
             axis: axis.name(),
             at: part.name(),
             x: part.x(),
             output: output.to_owned(),
             n: values.len(),
+            orchards,
             of: values.len(),
-            mean: values.iter().sum::<f64>() / n,
-            sd: deviation(values),
-            mean_abs: sizes.iter().sum::<f64>() / n,
-            mean_abs_se: deviation(&sizes).map(|sd| sd / n.sqrt()),
+            mean: mean.value,
+            mean_se: mean.standard_error,
+            sd: deviation(&values),
+            mean_abs: mean_abs.value,
+            mean_abs_se: mean_abs.standard_error,
         }
     }
+}
+
+/// A mean, and how far it may be off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Mean {
+    value: f64,
+    standard_error: Option<f64>,
+}
+
+/// The mean of values, each with its orchard's seed, and how many orchards there are. Values of one orchard are no samples of their own: what an orchard's values are off by
+/// together counts once (the variance of a mean of clusters, with G/(G − 1) for G of them). Where each value has an orchard of its own, it is sd/√n.
+fn mean_of_orchards(values: &[(u64, f64)]) -> (Mean, usize) {
+    let n = values.len() as f64;
+    let mean = values.iter().map(|(_, value)| value).sum::<f64>() / n;
+    let mut off: BTreeMap<u64, f64> = BTreeMap::new();
+    for (seed, value) in values {
+        *off.entry(*seed).or_default() += value - mean;
+    }
+    let orchards = off.len() as f64;
+    let squares: f64 = off.values().map(|off| off * off).sum();
+    let standard_error = (orchards > 1.0).then(|| (orchards / (orchards - 1.0) * squares).sqrt() / n);
+    (Mean { value: mean, standard_error }, off.len())
 }
 
 /// The standard deviation; none of fewer than two values, which say nothing of their spread.
@@ -195,6 +230,22 @@ fn deviation(values: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_orchard_that_stands_at_several_points_is_one_sample() {
+        let values = [(1, 3.0), (2, 5.0), (3, 4.0), (4, 9.0)];
+        let (once, orchards) = mean_of_orchards(&values);
+        let alone: Vec<f64> = values.iter().map(|(_, value)| *value).collect();
+        let of_single = deviation(&alone).expect("four") / 2.0;
+        assert!((once.standard_error.expect("four") - of_single).abs() < 1e-12 && orchards == 4);
+        // However often each is tried, nothing more is known of orchards.
+        for times in [2, 3, 10] {
+            let (again, orchards) = mean_of_orchards(&values.repeat(times));
+            assert_eq!((again.value, orchards), (once.value, 4), "{times}");
+            assert!((again.standard_error.expect("four") - of_single).abs() < 1e-12, "{times}");
+        }
+        assert_eq!(mean_of_orchards(&[(7, 1.0), (7, 2.0)]).0.standard_error, None, "one orchard");
+    }
 
     #[test]
     fn the_deviation_of_one_value_is_unknown_and_no_zero() {

@@ -53,6 +53,9 @@ pub struct TransferRow {
     /// Between lines, metres; unknown in journals of versions before it.
     #[serde(default)]
     pub line_spacing_m: Option<f64>,
+    /// How deep its crowns are seen, metres; unknown in journals of versions before it.
+    #[serde(default)]
+    pub crown_depth_m: Option<f64>,
 }
 
 /// The estimators that are a density times a volume: one factor calibrates them.
@@ -113,6 +116,7 @@ impl Study for TransferStudy {
             distance_m: estimate.mount.map(|mount| mount.distance_m),
             height_m: estimate.mount.map(|mount| mount.height_m),
             line_spacing_m: estimate.contact.and_then(|contact| contact.line_spacing_m),
+            crown_depth_m: estimate.crown_depth_m,
         })
     }
 }

@@ -110,8 +110,9 @@ impl<'a> Rows<'a> {
         let rows = [true, false].into_iter().flat_map(|fitted| self.half(class, fitted));
         let numbers: Option<Vec<f64>> = rows
             .map(|row| {
-                let TransferRow { distance_m, height_m, line_spacing_m, .. } = *row;
-                key.number(&row.canopy, ScanGeometry { distance_m, height_m, line_spacing_m })
+                let TransferRow { distance_m, height_m, line_spacing_m, crown_depth_m, .. } = *row;
+                let geometry = ScanGeometry { distance_m, height_m, line_spacing_m, crown_depth_m };
+                key.number(&row.canopy, geometry)
             })
             .collect();
         numbers

@@ -179,6 +179,7 @@ pub(crate) fn class() -> CalibrationClass {
         yaw_deg: None,
         pitch_deg: None,
         line_spacing_m: None,
+        crown_depth_m: None,
         voxel_m: None,
         canopy: CanopyClass::default(),
     }
