@@ -438,7 +438,7 @@ fn facts(outcomes: &Outcomes) -> String {
     format!(
         "row leaf area error   {} by contact frequency, {} by I_T\n\
          95 % of leaf areas    {}; by sampling alone {}\n\
-         scans                 {} received of {} sent by the time the row ended, {} lost, {} repeated\n\
+         scans                 {} of the row received, {} lost, {} repeated; {} sent until the demo hung up\n\
          latency               p50 {}, p99 {} from the socket to the estimate\n\
          took                  {:.1} s for {:.1} m of row\n",
         percent(outcomes.leaf_area_error),
@@ -446,9 +446,9 @@ fn facts(outcomes: &Outcomes) -> String {
         ends(estimate.leaf.interval_m2),
         ends(estimate.leaf.sampling_error_m2),
         estimate.scans,
-        outcomes.scans_sent,
         estimate.scans_lost.map_or_else(|| "unknown".to_owned(), |lost| lost.to_string()),
         estimate.scans_repeated,
+        outcomes.scans_sent,
         ms(outcomes.latency_p50_ms),
         ms(outcomes.latency_p99_ms),
         outcomes.wall_clock_s,

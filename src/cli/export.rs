@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use rowscan_canopy::{Placing, Warning};
 use rowscan_driver::{DriverConfig, Scanner, Source};
+use rowscan_protocol::counting::Counting;
 use rowscan_protocol::model::AnyModel;
 use rowscan_scenes::files;
 
@@ -126,11 +127,10 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
     let mut scanner = Scanner::open(&args.file, DriverConfig::default()).await?;
     let mut file: Option<TableFile> = None;
     let mut scans: u64 = 0;
-    let (mut has_encoder, mut last, mut repeated) = (false, None, 0_u64);
+    let (mut has_encoder, mut counting) = (false, Counting::default());
     while let Some(record) = scanner.next().await? {
         has_encoder |= !record.scan.encoders.is_empty();
-        let number = (record.scan.telegram_counter, record.scan.scan_time_us, record.scan.layer_centideg);
-        repeated += u64::from(last.replace(number) == Some(number));
+        counting.observe(record.scan);
         let file = match &mut file {
             Some(file) => file,
             // Only now: a recording without a scan leaves no file.
@@ -161,10 +161,32 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
             taken_for.name()
         ));
     }
-    if repeated > 0 {
+    if args.what == What::Scans && !counting.counts() {
         say(format_args!(
-            "{}: {repeated} scans came again, and stand there again; an estimate counts each once",
-            args.file
+            "{}: the scanner tells no counters and no times: the columns hold the order of the scans and the host's clock, and what was lost is not known, \
+             whatever is made of the table",
+            name_of(&args.output)
+        ));
+    }
+    if counting.repeated > 0 {
+        say(format_args!(
+            "{}: {} scans came again, and stand there again; an estimate counts each once",
+            args.file, counting.repeated
+        ));
+    }
+    if counting.late > 0 {
+        say(format_args!(
+            "{}: {} scans came behind later ones, and stand there where they came; an estimate leaves them out",
+            args.file, counting.late
+        ));
+    }
+    if counting.lost > 0 {
+        say(format_args!("{}: {} scans are missing by their counters", args.file, counting.lost));
+    }
+    if counting.restarts > 0 {
+        say(format_args!(
+            "{}: the scanner began to count anew {} times: the same counters and device times stand there again",
+            args.file, counting.restarts
         ));
     }
     let unreadable = scanner.faults().total();

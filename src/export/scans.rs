@@ -101,12 +101,13 @@ impl Rows for ScanRows {
 /// The line that makes a CSV of scans say what it is.
 fn title(scan: &Scan, model: Option<AnyModel>) -> String {
     let model = model.map_or_else(String::new, |model| format!("; model {}", model.name()));
+    let serial = Some(scan.serial_number).filter(|serial| *serial != 0);
+    let serial = serial.map_or_else(String::new, |serial| format!("; serial {serial}"));
     format!(
-        "# rowscan ranges 1; frequency_hz {}; start_deg {}; step_deg {}; unit mm; serial {}{model}\n",
+        "# rowscan ranges 1; frequency_hz {}; start_deg {}; step_deg {}; unit mm{serial}{model}\n",
         scan.scan_frequency_hz,
         f64::from(scan.beams.start) / 10_000.0,
         f64::from(scan.beams.step) / 10_000.0,
-        scan.serial_number
     )
 }
 

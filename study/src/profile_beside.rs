@@ -44,7 +44,7 @@ pub struct BandBeside {
 pub struct BandTruth {
     /// One-sided leaf area, m²; null where the scene is unknown, and of a tree that was not scanned from end to end.
     pub truth_leaf_area_m2: Option<f64>,
-    /// (leaf area − truth) / truth.
+    /// (leaf area − truth) / truth; null too of a band with less than a thousandth of the mean truth.
     pub error: Option<f64>,
 }
 
@@ -96,10 +96,16 @@ impl ProfileBeside {
     }
 }
 
+/// Of bands with less than this share of the mean truth an error says nothing: a twig that reaches into the next band.
+const LEAST_TRUTH: f64 = 1e-3;
+
 fn beside(bands: &[BandEstimate], truth_m2: Option<Vec<f64>>, asked: Asked<'_>) -> Vec<BandBeside> {
+    let least_m2 =
+        truth_m2.as_ref().map_or(0.0, |truth_m2| LEAST_TRUTH * rowscan_canopy::regression::mean(truth_m2));
     let one = |(number, band): (usize, &BandEstimate)| {
         let truth_leaf_area_m2 = truth_m2.as_ref().and_then(|truth_m2| truth_m2.get(number)).copied();
-        let error = band.leaf_area_m2.zip(truth_leaf_area_m2).map(|(found, truth)| (found - truth) / truth);
+        let told_of = truth_leaf_area_m2.filter(|truth_m2| *truth_m2 > least_m2);
+        let error = band.leaf_area_m2.zip(told_of).map(|(found, truth)| (found - truth) / truth);
         let error = error.filter(|error| error.is_finite());
         let truth = match asked {
             Asked::No => None,
@@ -108,4 +114,19 @@ fn beside(bands: &[BandEstimate], truth_m2: Option<Vec<f64>>, asked: Asked<'_>) 
         BandBeside { band: *band, truth }
     };
     bands.iter().enumerate().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_band_with_next_to_no_leaves_has_a_truth_and_no_error() {
+        let band = BandEstimate { leaf_area_m2: Some(0.5), ..BandEstimate::default() };
+        let told = beside(&[band; 4], Some(vec![1.0, 0.5, 2e-6, 0.0]), Asked::Unknown);
+        let truths: Vec<BandTruth> = told.into_iter().filter_map(|band| band.truth).collect();
+        let errors: Vec<Option<f64>> = truths.iter().map(|truth| truth.error).collect();
+        assert_eq!(errors, [Some(-0.5), Some(0.0), None, None]);
+        assert_eq!(truths[2].truth_leaf_area_m2, Some(2e-6));
+    }
 }

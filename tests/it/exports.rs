@@ -61,3 +61,58 @@ fn parquet_holds_every_return_of_a_run() {
         assert_eq!(column.compression(), Compression::SNAPPY, "{}", column.column_path());
     }
 }
+
+/// What an export says of its scans is what `record --info` and an estimate count, whatever happened on the way.
+#[test]
+fn an_export_counts_as_an_estimate_does() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let head = "# rowscan ranges 1; frequency_hz 50; start_deg 45; step_deg 0.5; unit mm\nreceived_s,telegram_counter,scan_time_us,status,range_0,range_1\n";
+    // Number and device time of each scan: in order, twice the same, one overtaken by two, one missing, and a device that begins anew at once.
+    let order = |numbers: &[u32]| numbers.iter().map(|n| (*n, 20_000 * n)).collect::<Vec<_>>();
+    let anew: Vec<(u32, u32)> =
+        (1..20).map(|n| (n, 20_000 * n)).chain((1..20).map(|n| (n, 20_000 * n - 7_000))).collect();
+    let cases: [(&str, Vec<(u32, u32)>, [u64; 4]); 5] = [
+        ("in order", order(&[1, 2, 3, 4, 5, 6]), [0, 0, 0, 0]),
+        ("repeated", order(&[1, 2, 3, 2, 3, 3, 4]), [3, 0, 0, 0]),
+        ("late", order(&[1, 2, 4, 5, 3, 6]), [0, 1, 0, 0]),
+        ("lost", order(&[1, 2, 3, 6, 7]), [0, 0, 2, 0]),
+        ("restarted", anew, [0, 0, 0, 1]),
+    ];
+    for (name, scans, [repeated, late, lost, restarts]) in cases {
+        let lines: Vec<String> = (0..)
+            .zip(&scans)
+            .map(|(at, (number, time_us))| {
+                format!("{}.{:02},{number},{time_us},0,1500,1600\n", at / 50, at % 50 * 2)
+            })
+            .collect();
+        std::fs::write(file("scans.csv"), format!("{head}{}", lines.concat())).expect("written");
+        let told = run(&["record", "--info", &file("scans.csv"), "--format", "json"]);
+        let info: serde_json::Value = serde_json::from_str(&told.stdout).expect("JSON");
+        let stream = &info["streams"][0];
+        let counted = ["scans_repeated", "scans_late", "restarts"].map(|key| stream[key].as_u64());
+        assert_eq!(counted, [Some(repeated), Some(late), Some(restarts)], "{name}: {stream}");
+        assert_eq!(stream["scans_lost"].as_u64(), (restarts == 0).then_some(lost), "{name}");
+        let exported = run(&[
+            "export",
+            &file("scans.csv"),
+            "--to",
+            "csv",
+            "--what",
+            "scans",
+            "-o",
+            &file(&format!("{name}.csv")),
+        ]);
+        assert_eq!(exported.code, Some(0), "{name}: {}", exported.stderr);
+        for (count, text) in [
+            (repeated, "scans came again"),
+            (late, "scans came behind later ones"),
+            (lost, "scans are missing"),
+            (restarts, "began to count anew"),
+        ] {
+            let said = exported.stderr.lines().find(|line| line.contains(text));
+            assert_eq!(said.is_some(), count > 0, "{name}: {}", exported.stderr);
+            assert!(said.is_none_or(|line| line.contains(&format!(" {count} "))), "{name}: {said:?}");
+        }
+    }
+}

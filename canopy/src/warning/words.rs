@@ -506,13 +506,13 @@ impl fmt::Display for Warning {
             ),
             Self::GrowthInAlley { share, clearance_m } => write!(
                 f,
-                "{:.0} % of the returns that count as canopy stand low in the alley, before the crowns, as grass, weeds and rough soil do: they count as leaves, and the interval reaches down to what it would be \
+                "{:.0} % of the returns that count as canopy stand low in the alley, before the crowns, as grass, weeds and rough soil do: they count as leaves, and an interval, where one is told, reaches down to what it would be \
                  without them; mow, or raise `ground_clearance_m`, {clearance_m} m, above them",
                 100.0 * share
             ),
             Self::BeforeRow { before_m } => write!(
                 f,
-                "{before_m:.1} m before the row's start were scanned and count in the totals; a virtual orchard repeats its row, so its last trees \
+                "{before_m:.1} m before the row's start were scanned and count in the totals, and in no tree; a virtual orchard repeats its row, so its last trees \
                  are measured there: start at `start_m` 0; with `yaw_deg` or `pitch_deg` the beams meet the row elsewhere than beside the tractor, so start as much farther on"
             ),
             Self::PastRow { row_m, past_m } => write!(
