@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use common::binary::{Emulator, assert_says, finish, interrupt, refused, rowscan, run};
 use common::recorded::{estimate, folder};
+use rowscan_recording::{Recording, Side};
 use serde_json::Value;
 
 #[test]
@@ -34,6 +35,7 @@ fn an_lms2xx_is_recorded_replayed_exported_and_estimated_alike() {
     assert_eq!(estimate(&format!("serial:{again}"), &rig, &scans), live, "the replay");
     drop(replay);
     every_byte_reaches_a_client_that_reads_late(&recorded, &file("late"));
+    what_is_lost_swapped_or_begun_anew_is_counted(&recorded, &file("changed.bin"), &rig);
 
     let ranges = file("ranges.csv");
     let ended = run(&["export", &recorded, "--to", "csv", "--what", "scans", "-o", &ranges]);
@@ -78,6 +80,53 @@ fn every_byte_reaches_a_client_that_reads_late(recorded: &str, link: &str) {
     }
     let found = bytes.windows(5).filter(|head| matches!(head, [0x02, 0x80, _, 0x02, 0xB0])).count();
     assert_eq!(found, scans, "{} bytes", bytes.len());
+}
+
+/// Telegrams of values are counted by both of their indices: 16 turns a telegram make the index of turns go round every 16 of them.
+fn what_is_lost_swapped_or_begun_anew_is_counted(recorded: &str, changed: &str, rig: &str) {
+    let mut recording = Recording::open(recorded.as_ref()).expect("it opens");
+    let mut bytes = Vec::new();
+    while let Some(packet) = recording.next_packet().expect("it reads") {
+        bytes.extend((packet.from == Some(Side::Device)).then_some(packet.bytes).into_iter().flatten());
+    }
+    let heads = (0..bytes.len()).filter(|at| matches!(bytes[*at..], [0x02, 0x80, _, 0x02, 0xB0, ..]));
+    // Address, length, values, checksum.
+    let telegram =
+        |at: usize| &bytes[at..at + usize::from(u16::from_le_bytes([bytes[at + 2], bytes[at + 3]])) + 6];
+    let sent: Vec<&[u8]> = heads.map(telegram).collect();
+    let told = |order: &[usize]| {
+        std::fs::write(changed, order.iter().flat_map(|n| sent[*n]).copied().collect::<Vec<u8>>())
+            .expect("written");
+        let info = run(&["record", "--info", changed, "--format", "json"]);
+        let info: Value = serde_json::from_str(&info.stdout).expect("json");
+        let counted = ["scans", "scans_lost", "scans_late", "scans_repeated", "restarts"]
+            .map(|key| info["streams"][0][key].as_u64());
+        let estimate = run(&["estimate", changed, "--rig", rig, "--model", "lms291", "--format", "json"]);
+        let estimate: Value = serde_json::from_str(&estimate.stdout).expect("json");
+        let of_estimate =
+            ["scans", "scans_lost", "scans_late", "scans_repeated"].map(|key| estimate[key].as_u64());
+        assert_eq!(of_estimate, counted[..4], "{order:?}");
+        (counted, estimate["advance_m"].as_f64().expect("known"))
+    };
+    let all: Vec<usize> = (0..sent.len()).collect();
+    let count = sent.len() as u64;
+    let (counted, whole_m) = told(&all);
+    assert_eq!(counted, [Some(count), Some(0), Some(0), Some(0), Some(0)]);
+    for lost in [1, 5, 15, 16, 17] {
+        let order = [&all[..3], &all[3 + lost..]].concat();
+        let (counted, advance_m) = told(&order);
+        let lost = lost as u64;
+        assert_eq!(counted, [Some(count - lost), Some(lost), Some(0), Some(0), Some(0)], "{lost} lost");
+        assert!((advance_m - whole_m).abs() < 1e-6, "{lost} lost: {advance_m} of {whole_m} m");
+    }
+    let mut swapped = all.clone();
+    swapped.swap(9, 10);
+    assert_eq!(told(&swapped).0, [Some(count), Some(0), Some(1), Some(0), Some(0)], "swapped");
+    let again = [&all[..10], &all[8..]].concat();
+    assert_eq!(told(&again), ([Some(count + 2), Some(0), Some(0), Some(2), Some(0)], whole_m), "again");
+    // From before the first: its indices began anew.
+    let (counted, _) = told(&[&all[12..], &all[..12]].concat());
+    assert_eq!(counted, [Some(count), None, Some(0), Some(0), Some(1)], "anew");
 }
 
 /// A model that the scanner is not, by its own name: told where it is read, and where it is replayed.

@@ -5,18 +5,64 @@ use core::time::Duration;
 use crate::lms2xx::Rate;
 use crate::lms2xx::model::TURNS_PER_SECOND;
 
-/// Counts scan telegrams, those that were lost too.
-#[derive(Clone, Debug, Default)]
-pub(super) struct ScanClock {
-    last: Option<Last>,
-    /// How far the device's index goes on from one telegram to the next: the least that was seen.
-    stride: Option<u8>,
-    telegrams: u64,
+/// Telegrams whose bytes are remembered.
+const REMEMBERED: i64 = 64;
+/// How many telegrams more or fewer may have gone by than the host's clock says, beside a share of them.
+const HOST_TOLERANCE: f64 = 2.0;
+/// That share: clocks drift.
+const HOST_TOLERANCE_SHARE: f64 = 2e-4;
+
+/// The two indices behind a telegram's values, each modulo 256.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Indices {
+    /// Turns of the mirror.
+    pub(super) turn: u8,
+    /// Telegrams of values that were sent. `None` of bytes that have the first only.
+    pub(super) telegram: Option<u8>,
 }
 
+/// Where a telegram stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Place {
+    /// Its number, lost ones counted.
+    pub(super) number: u64,
+    /// Turns of the mirror since number 0; `None` where nobody counts them.
+    pub(super) turns: Option<u64>,
+    /// The device counts anew from here on.
+    pub(super) begins_anew: bool,
+}
+
+/// Counts scan telegrams, those that were lost too.
+///
+/// An index alone says nothing of 256 telegrams more, and that of turns nothing of as few as make 256 turns: both together are held against each other, and against the
+/// host's clock where that is known. A telegram that is older than the newest one came late, or again, or the device began anew: what it holds tells which.
+#[derive(Clone, Debug)]
+pub(super) struct ScanClock {
+    last: Option<Last>,
+    /// How many turns go by from one telegram to the next: the fewest that were seen.
+    stride: Option<u8>,
+    /// Numbers of telegrams that have come, with what stands for their bytes.
+    came: [Option<(i64, u32)>; REMEMBERED as usize],
+}
+
+/// The newest telegram.
 #[derive(Clone, Copy, Debug)]
 struct Last {
-    index: Option<u8>,
+    indices: Option<Indices>,
+    number: i64,
+    turns: i64,
+    at: Option<Duration>,
+}
+
+impl Default for ScanClock {
+    fn default() -> Self {
+        Self { last: None, stride: None, came: [None; REMEMBERED as usize] }
+    }
+}
+
+/// Stands for a telegram's bytes (FNV-1a).
+pub(super) fn fingerprint(bytes: &[u8]) -> u32 {
+    bytes.iter().fold(0x811c_9dc5, |hash: u32, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
 }
 
 /// The time from one scan telegram to the next: the first multiple of the scan's own time that is not shorter than the transmission.
@@ -39,36 +85,130 @@ impl ScanClock {
         (turns > 0).then(|| scan_time(turns_a_scan).saturating_mul(turns.div_ceil(turns_a_scan.max(1))))
     }
 
-    /// A telegram with this index came, perhaps the last one again; gives its number, lost ones counted.
-    pub(super) fn count(&mut self, index: Option<u8>, again: bool) -> u64 {
-        let steps = match self.last {
-            None => 0,
-            Some(_) if again => 0,
-            Some(last) => match (last.index, index) {
-                (Some(before), Some(index)) => self.steps_by_index(index.wrapping_sub(before)),
-                // Nobody counts: what was lost is not known, and is not made up from times that hosts delay.
-                _ => 1,
-            },
+    /// A telegram with these indices came, read at `at`; `bytes` stand for what it holds.
+    pub(super) fn count(&mut self, indices: Option<Indices>, bytes: u32, at: Option<Duration>) -> Place {
+        let Some(last) = self.last else {
+            return self.newest(Last { indices, number: 0, turns: 0, at }, bytes);
         };
-        self.last = Some(Last { index });
-        self.telegrams += steps;
-        self.telegrams
+        let Some((before, now)) = last.indices.zip(indices) else {
+            // Nobody counts: what was lost is not known, and is not made up from times that hosts delay.
+            return self.newest(Last { indices, number: last.number + 1, turns: last.turns, at }, bytes);
+        };
+        let turned = now.turn.wrapping_sub(before.turn);
+        let telegrams = match before.telegram.zip(now.telegram) {
+            Some((before, now)) => i64::from(now.wrapping_sub(before) as i8),
+            // To the last byte, its index too: the same one again.
+            None if self.came.get(slot(last.number)).copied().flatten() == Some((last.number, bytes)) => {
+                return self.place(last.number, last.turns, false);
+            }
+            None if turned == 0 => 1,
+            None => self.telegrams_by_turns(turned),
+        };
+        let telegrams = self.by_host(telegrams, last.at, at);
+        if telegrams <= 0 {
+            return self.behind(last, indices, telegrams, bytes, at);
+        }
+        if telegrams == 1 && turned > 0 {
+            self.stride = Some(self.stride.map_or(turned, |stride| stride.min(turned)));
+        }
+        let turns = last.turns + self.turns(turned, telegrams);
+        self.newest(Last { indices, number: last.number + telegrams, turns, at }, bytes)
     }
 
-    fn steps_by_index(&mut self, step: u8) -> u64 {
-        if step == 0 {
-            // A whole turn of the index, or a device that does not count.
-            return 1;
+    /// A telegram that is newer than all before it.
+    fn newest(&mut self, last: Last, bytes: u32) -> Place {
+        self.last = Some(last);
+        self.keep(last.number, bytes);
+        self.place(last.number, last.turns, false)
+    }
+
+    /// A telegram that is so many behind the newest, or as old.
+    fn behind(
+        &mut self,
+        last: Last,
+        indices: Option<Indices>,
+        telegrams: i64,
+        bytes: u32,
+        at: Option<Duration>,
+    ) -> Place {
+        let number = last.number + telegrams;
+        let turned = last.indices.zip(indices).map_or(0, |(before, now)| now.turn.wrapping_sub(before.turn));
+        let turns = last.turns + self.turns(turned, telegrams);
+        let came = self.came.get(slot(number)).copied().flatten().filter(|(kept, _)| *kept == number);
+        let is_near = -telegrams < REMEMBERED && number > 0 && turns >= 0;
+        match came {
+            Some((_, kept)) if kept == bytes => self.place(number, turns, false),
+            None if is_near && telegrams < 0 => {
+                self.keep(number, bytes);
+                self.place(number, turns, false)
+            }
+            _ => {
+                self.came = [None; REMEMBERED as usize];
+                let place = self.newest(Last { indices, number: 0, turns: 0, at }, bytes);
+                Place { begins_anew: true, ..place }
+            }
         }
+    }
+
+    fn keep(&mut self, number: i64, bytes: u32) {
+        if let Some(kept) = self.came.get_mut(slot(number)) {
+            *kept = Some((number, bytes));
+        }
+    }
+
+    fn place(&self, number: i64, turns: i64, begins_anew: bool) -> Place {
+        let counts = self.last.is_some_and(|last| last.indices.is_some());
+        let turns = u64::try_from(turns).ok().filter(|_| counts);
+        Place { number: number.unsigned_abs(), turns, begins_anew }
+    }
+
+    /// So many telegrams forward, or 256, 512, … more where the host's clock says just that.
+    fn by_host(&self, telegrams: i64, before: Option<Duration>, at: Option<Duration>) -> i64 {
+        let passed_s =
+            before.zip(at).and_then(|(before, at)| at.checked_sub(before)).map(|d| d.as_secs_f64());
+        let each_s = self.stride.map(|stride| f64::from(stride) / f64::from(TURNS_PER_SECOND));
+        let Some((passed_s, each_s)) = passed_s.zip(each_s.filter(|each_s| *each_s > 0.0)) else {
+            return telegrams;
+        };
+        let expected = passed_s / each_s;
+        let wraps = libm::round((expected - telegrams as f64) / 256.0);
+        let found = telegrams as f64 + 256.0 * wraps;
+        let tolerance = HOST_TOLERANCE + HOST_TOLERANCE_SHARE * expected;
+        if wraps >= 1.0 && libm::fabs(expected - found) <= tolerance { found as i64 } else { telegrams }
+    }
+
+    /// Turns that so many telegrams took, which moved the index by so much.
+    fn turns(&self, turned: u8, telegrams: i64) -> i64 {
+        let Some(stride) = self.stride else { return i64::from(turned) };
+        let expected = telegrams * i64::from(stride);
+        if telegrams == 1 {
+            return if turned == 0 { 256 } else { i64::from(turned) };
+        }
+        expected + i64::from(turned.wrapping_sub(expected as u8) as i8)
+    }
+
+    /// Of bytes that have the index of turns alone.
+    fn telegrams_by_turns(&mut self, step: u8) -> i64 {
         let stride = *self.stride.get_or_insert(step).min(&mut step.clone());
         self.stride = Some(stride);
-        ((u64::from(step) + u64::from(stride / 2)) / u64::from(stride)).max(1)
+        ((i64::from(step) + i64::from(stride / 2)) / i64::from(stride)).max(1)
     }
+
+    /// How many times as long as from one telegram to the next so many turns take.
+    pub(super) fn periods(&self, turns: u64) -> u64 {
+        let stride = self.stride.map_or(1, u64::from).max(1);
+        (turns + stride / 2) / stride
+    }
+}
+
+fn slot(number: i64) -> usize {
+    number.rem_euclid(REMEMBERED) as usize
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::vec::Vec;
 
     #[test]
     fn periods_are_those_of_the_recorded_device() {
@@ -78,26 +218,109 @@ mod tests {
         assert_eq!(period(Rate::R9600, 372, 1).as_micros(), 399_999);
     }
 
+    /// Numbers of telegrams with these turns and telegrams, each with its own bytes; `anew` where the device begins to count anew.
+    fn counted(indices: &[(u8, Option<u8>)]) -> Vec<(u64, bool)> {
+        let mut clock = ScanClock::default();
+        let mut bytes = 0;
+        let places = indices.iter().map(|(turn, telegram)| {
+            bytes += 1;
+            clock.count(Some(Indices { turn: *turn, telegram: *telegram }), bytes, None)
+        });
+        places.map(|place| (place.number, place.begins_anew)).collect()
+    }
+
     #[test]
     fn without_an_index_nothing_is_known_to_be_lost() {
         let mut clock = ScanClock::default();
-        let counted: std::vec::Vec<u64> = (0..4).map(|_| clock.count(None, false)).collect();
+        let counted: Vec<u64> = (0..4).map(|n| clock.count(None, n, None).number).collect();
         assert_eq!(counted, [0, 1, 2, 3]);
     }
 
     #[test]
-    fn a_gap_in_the_index_is_lost_telegrams() {
-        let mut clock = ScanClock::default();
-        let counted: std::vec::Vec<u64> =
-            [250, 10, 26, 58, 74].into_iter().map(|index| clock.count(Some(index), false)).collect();
-        assert_eq!(counted, [0, 1, 2, 4, 5]);
+    fn a_gap_in_the_index_of_turns_alone_is_lost_telegrams() {
+        let of = |indices: &[u8]| {
+            let places = counted(&indices.iter().map(|turn| (*turn, None)).collect::<Vec<_>>());
+            places.into_iter().map(|(number, _)| number).collect::<Vec<_>>()
+        };
+        assert_eq!(of(&[250, 10, 26, 58, 74]), [0, 1, 2, 4, 5]);
+        assert_eq!(of(&[0, 16, 14]), [0, 1, 17]);
+    }
+
+    /// The device's telegrams: 16 turns each at 38 400 with 0.5 deg, and numbered.
+    fn sent(number: i64, stride: i64) -> Indices {
+        Indices { turn: (number * stride) as u8, telegram: Some(number as u8) }
     }
 
     #[test]
-    fn a_gap_of_nearly_a_whole_turn_of_the_index_is_counted_too() {
+    fn however_many_are_lost_they_are_counted_and_take_their_time() {
+        for stride in [2_i64, 3, 8, 16, 30, 59, 100] {
+            for first in [0_i64, 7, 250] {
+                for lost in (0..120).chain([254, 255, 256, 300, 1000]) {
+                    let mut clock = ScanClock::default();
+                    let at = |number: i64| Duration::from_millis((number * stride * 1000 / 75) as u64 + 11);
+                    let mut told = Place::default();
+                    for number in (first..first + 5).chain(first + 5 + lost..first + 10 + lost) {
+                        // With few lost, nobody needs a host's clock.
+                        let read = (lost >= 120).then(|| at(number));
+                        told = clock.count(Some(sent(number, stride)), number as u32, read);
+                    }
+                    let expected = 9 + lost;
+                    let place = Place {
+                        number: expected as u64,
+                        turns: Some((expected * stride) as u64),
+                        begins_anew: false,
+                    };
+                    assert_eq!(told, place, "stride {stride}, first {first}, {lost} lost");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_clock_of_the_host_that_jumps_loses_nothing() {
+        for jump_s in [-100_i64, 50, 100, 3600] {
+            let mut clock = ScanClock::default();
+            for number in 0..40_i64 {
+                let at_ms = 200_000 + number * 16 * 1000 / 75 + if number > 20 { jump_s * 1000 } else { 0 };
+                let place = clock.count(
+                    Some(sent(number, 16)),
+                    number as u32,
+                    Some(Duration::from_millis(at_ms as u64)),
+                );
+                assert_eq!((place.number, place.begins_anew), (number as u64, false), "{jump_s} s");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_older_came_late_or_again_or_the_device_began_anew() {
         let mut clock = ScanClock::default();
-        let counted: std::vec::Vec<u64> =
-            [0, 16, 14].into_iter().map(|index| clock.count(Some(index), false)).collect();
-        assert_eq!(counted, [0, 1, 17]);
+        let mut count = |number: i64, bytes: u32| {
+            let place = clock.count(Some(sent(number, 16)), bytes, None);
+            (place.number, place.begins_anew)
+        };
+        let told: Vec<(u64, bool)> =
+            [(5, 1), (6, 2), (8, 3), (7, 4), (9, 5), (8, 3), (7, 4), (9, 5), (10, 6)]
+                .map(|(number, bytes)| count(number, bytes))
+                .into();
+        let numbers: Vec<u64> = told.iter().map(|(number, _)| *number).collect();
+        assert_eq!(numbers, [0, 1, 3, 2, 4, 3, 2, 4, 5]);
+        assert!(told.iter().all(|(_, anew)| !anew), "{told:?}");
+        // The same indices with other bytes.
+        assert_eq!([count(8, 30), count(9, 31), count(10, 32)], [(0, true), (1, false), (2, false)]);
+        // From before the first.
+        assert_eq!(count(4, 33), (0, true));
+    }
+
+    #[test]
+    fn a_turn_that_a_device_left_out_takes_its_time_and_is_no_lost_telegram() {
+        let mut clock = ScanClock::default();
+        let told = [(0, 0), (16, 1), (48, 2), (64, 3)].map(|(turn, telegram)| {
+            let place = clock.count(Some(Indices { turn, telegram: Some(telegram) }), u32::from(turn), None);
+            (place.number, place.turns, clock.periods(place.turns.unwrap_or_default()))
+        });
+        assert_eq!(told.map(|(number, ..)| number), [0, 1, 2, 3]);
+        assert_eq!(told.map(|(_, turns, _)| turns), [Some(0), Some(16), Some(48), Some(64)]);
+        assert_eq!(told.map(|(.., periods)| periods), [0, 1, 3, 4]);
     }
 }

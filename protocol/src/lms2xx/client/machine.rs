@@ -5,7 +5,6 @@ mod settings;
 
 use alloc::collections::VecDeque;
 use alloc::string::String;
-use alloc::vec::Vec;
 use core::time::Duration;
 
 use super::clock::ScanClock;
@@ -39,8 +38,6 @@ pub(super) struct Machine {
     rate: Rate,
     /// The line's rate is not known to a listener until the device tells it.
     rate_known: bool,
-    /// The last telegram of values.
-    last_values: Vec<u8>,
     /// Rates not yet tried.
     untried: VecDeque<Rate>,
     /// The wanted rate did not work out.
@@ -91,7 +88,6 @@ impl Machine {
             junk_before: 0,
             rate: Rate::default(),
             rate_known: step != Step::Listening,
-            last_values: Vec::new(),
             untried: VecDeque::new(),
             stays: false,
             now: None,

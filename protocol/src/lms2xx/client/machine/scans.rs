@@ -2,15 +2,15 @@
 
 use alloc::string::ToString;
 
-use super::super::clock::period;
+use super::super::clock::{Indices, fingerprint, period};
 use super::Machine;
 use crate::host::HostEvent;
 use crate::leftover::{LMS2XX_MEAN, LMS2XX_PART};
 use crate::leftover_set::LeftoverSet;
 use crate::lms2xx::Variant;
 use crate::lms2xx::frame::Frame;
-use crate::lms2xx::model::{self, Model};
-use crate::lms2xx::values::{CountWord, Output, Unit};
+use crate::lms2xx::model::{self, Model, TURNS_PER_SECOND};
+use crate::lms2xx::values::{CountWord, Output, Unit, Values};
 use crate::scan::Echo;
 use crate::validity::{DeviceStatus, ScanFault};
 
@@ -25,11 +25,7 @@ impl Machine {
                 self.events.push_back(HostEvent::Malformed { fault: ScanFault::PartOfUnknownScan });
             }
             Ok(()) => {
-                // A telegram to the last byte, its index too: the same one again.
-                let again = self.values.real_time_index.is_some() && self.last_values == frame.body;
-                self.last_values.clear();
-                self.last_values.extend_from_slice(frame.body);
-                self.fill_scan(frame.len, again);
+                self.fill_scan(frame.len, fingerprint(frame.body));
                 self.events.push_back(HostEvent::Scan);
             }
             Err(error) => {
@@ -39,7 +35,7 @@ impl Machine {
         }
     }
 
-    fn fill_scan(&mut self, frame: usize, again: bool) {
+    fn fill_scan(&mut self, frame: usize, bytes: u32) {
         let CountWord { mut count, partial, unit } = self.values.word;
         if let Output::Parts(parts) = self.values.output {
             // The beams of a scan follow one another: of several parts, the first.
@@ -70,7 +66,9 @@ impl Machine {
             (_, None) => model::default_turns(variant),
         };
         let by_rate = period(self.rate, frame, turns);
-        let number = self.clock.count(self.values.real_time_index, again);
+        let Values { real_time_index, telegram_index, .. } = self.values;
+        let indices = real_time_index.map(|turn| Indices { turn, telegram: telegram_index });
+        let place = self.clock.count(indices, bytes, self.now);
         let known_period = if self.rate_known { Some(by_rate) } else { self.clock.period(turns) };
         // In bytes without times, index and rate nothing tells it.
         let scan_period = known_period.unwrap_or(by_rate);
@@ -83,12 +81,14 @@ impl Machine {
         scan.leftovers.set(LMS2XX_PART, self.values.output.names_values() && count < whole.count);
         scan.status = DeviceStatus::of_lms2xx(self.values.status);
         scan.uncounted = self.values.real_time_index.is_none();
-        scan.telegram_counter = number as u16;
-        scan.scan_counter = number as u16;
+        scan.begins_anew = place.begins_anew;
+        scan.telegram_counter = place.number as u16;
+        scan.scan_counter = place.turns.map_or(place.number, |turns| self.clock.periods(turns)) as u16;
         // Mirror turns are the clock, or the host where they are not counted; it wraps as other scanners' clocks do.
-        scan.scan_time_us = match (self.values.real_time_index, self.now) {
+        scan.scan_time_us = match (place.turns, self.now) {
+            (Some(turns), _) => (u128::from(turns) * 1_000_000 / u128::from(TURNS_PER_SECOND)) as u32,
             (None, Some(now)) => now.as_micros() as u32,
-            _ => (u128::from(number) * scan_period.as_nanos() / 1000) as u32,
+            (None, None) => (u128::from(place.number) * scan_period.as_nanos() / 1000) as u32,
         };
         scan.transmit_time_us = scan.scan_time_us;
         scan.received = self.now;
