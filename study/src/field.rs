@@ -148,8 +148,10 @@ pub struct FieldReport {
     pub factor: f64,
     /// Its 95 % interval.
     pub factor_interval: [f64; 2],
-    /// Pieces like these that give the factor within ± 10 %.
-    pub pieces_for_ten_percent: usize,
+    /// Pieces like these that give the factor within ± 10 %; `None` where recordings scatter more than pieces do, and more pieces of them help little.
+    pub pieces_for_ten_percent: Option<usize>,
+    /// Recordings like these that do; `None` where the interval is that of the pieces.
+    pub recordings_for_ten_percent: Option<usize>,
     /// The calibration of all pieces.
     #[serde(skip)]
     pub calibration: Calibration,
@@ -286,18 +288,17 @@ pub fn calibrate(
             mean(&own.map(|(_, error)| *error).collect::<Vec<_>>())
         })
         .collect();
-    let sd = moments(&relative).1.unwrap_or(f64::INFINITY);
+    let sd_of = |values: &[f64]| moments(values).1.unwrap_or(f64::INFINITY);
     // The factor is as well known as the mean of the pieces' errors, or of the recordings' where those scatter more.
     let of_mean = |values: &[f64]| {
         let n = values.len() as f64;
-        let sd = moments(values).1.unwrap_or(f64::INFINITY);
-        (sd / n.sqrt(), student_t_95(n - 1.0))
+        (sd_of(values) / n.sqrt(), student_t_95(n - 1.0))
     };
-    let mut half = of_mean(&relative);
-    if of_recordings.len() >= RECORDINGS {
-        let other = of_mean(&of_recordings);
-        half = if other.0 * other.1 > half.0 * half.1 { other } else { half };
-    }
+    let by_pieces = of_mean(&relative);
+    let by_recordings = (of_recordings.len() >= RECORDINGS)
+        .then(|| of_mean(&of_recordings))
+        .filter(|other| other.0 * other.1 > by_pieces.0 * by_pieces.1);
+    let half = by_recordings.unwrap_or(by_pieces);
     // Pieces scatter more than the rows that they are taken for.
     if let Some(rows) = &mut calibration.contact.fitted {
         rows.scatter = None;
@@ -329,7 +330,8 @@ pub fn calibrate(
         left_out: if by_recording { "recording" } else { "piece" },
         factor,
         factor_interval: [-1.0, 1.0].map(|side| factor * (1.0 + side * half.0 * half.1)),
-        pieces_for_ten_percent: plan::pieces_for(sd, 0.1),
+        pieces_for_ten_percent: by_recordings.is_none().then(|| plan::pieces_for(sd_of(&relative), 0.1)),
+        recordings_for_ten_percent: by_recordings.map(|_| plan::pieces_for(sd_of(&of_recordings), 0.1)),
         pieces: pieces.iter().zip(left_out).map(|(piece, left_out_m2)| told(piece, left_out_m2)).collect(),
         calibration,
     })

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::CalibrationError;
-use super::quality::FitQuality;
+use super::quality::{FitQuality, QualityKeys, quality_keys};
 use super::wood::{Wood, leafy_share};
 
 /// L / length = k · (x − w)^p with x, the raw contact-frequency leaf area a metre, and w, the wood that is taken out of it, if any; beyond either end of the
@@ -91,6 +91,7 @@ pub(super) struct ScaleKeys {
     exponent: &'static str,
     scatter: &'static str,
     row_m: &'static str,
+    quality: QualityKeys,
 }
 
 macro_rules! keys {
@@ -108,6 +109,7 @@ macro_rules! keys {
             exponent: concat!($table, ".fitted.exponent"),
             scatter: concat!($table, ".fitted.scatter"),
             row_m: concat!($table, ".fitted.row_m"),
+            quality: quality_keys!($table),
         }
     };
 }
@@ -121,6 +123,9 @@ const UNKNOWN_EXPONENT: f64 = 1.0;
 
 /// Rows whose law explains less of how they differ are alike.
 pub(super) const ALIKE_R2: f64 = 0.5;
+
+/// How many times as much, or as little, as its rows have a law may tell of their mean. A proportion of rows that scatter is off by some per cent.
+const OTHER_ROWS: f64 = 1.5;
 
 impl ContactScale {
     /// Refuses values that no leaf area could be made with.
@@ -152,6 +157,7 @@ impl ContactScale {
         if let Some(value) = self.k_sd.filter(|sd| !(sd.is_finite() && *sd >= 0.0)) {
             return Err(CalibrationError::NotPositive { key: keys.k_sd, value });
         }
+        self.quality.validate(&keys.quality)?;
         let Some(rows) = self.fitted else { return Ok(()) };
         positive(keys.mean, rows.mean_m2_per_m)?;
         positive(keys.mean_leaf_area, rows.mean_leaf_area_m2_per_m)?;
@@ -161,11 +167,16 @@ impl ContactScale {
         if let Some(row_m) = rows.row_m {
             positive(keys.row_m, row_m)?;
         }
-        if rows.exponent.is_finite() {
-            Ok(())
-        } else {
-            Err(CalibrationError::NotFinite { key: keys.exponent, value: rows.exponent })
+        if !rows.exponent.is_finite() {
+            return Err(CalibrationError::NotFinite { key: keys.exponent, value: rows.exponent });
         }
+        // Both go through the middle of the same rows: the law by least squares of logarithms to the last digit, a proportion about so.
+        let (mean, fitted) = (rows.mean_m2_per_m, rows.mean_leaf_area_m2_per_m);
+        let told = self.k * mean.powf(self.p);
+        if (told / fitted).ln().abs() > OTHER_ROWS.ln() {
+            return Err(CalibrationError::OtherRows { key: keys.k, told, fitted });
+        }
+        Ok(())
     }
 
     /// A raw leaf area a metre without wood, m²/m; 0 where wood is all there is.

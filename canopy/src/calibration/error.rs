@@ -30,6 +30,30 @@ pub enum CalibrationError {
         /// Lowest raw leaf area a metre that was fitted.
         low: f64,
     },
+    /// A value lies where no fit puts one.
+    #[error(
+        "calibration: {key} must be {expected}, found {value}; it was changed, or belongs to another file: make the calibration again"
+    )]
+    OutOfRange {
+        /// The key, with its table.
+        key: &'static str,
+        /// What it may be.
+        expected: &'static str,
+        /// The value found.
+        value: f64,
+    },
+    /// The law tells another leaf area than that of the rows it was fitted on.
+    #[error(
+        "calibration: {key} tells {told:.2} m² a metre of the mean of the fitted rows, which have {fitted:.2}; the one or the other was changed: make the calibration again"
+    )]
+    OtherRows {
+        /// The factor, with its table.
+        key: &'static str,
+        /// What the law tells of their mean, m²/m.
+        told: f64,
+        /// Their mean leaf area, m²/m.
+        fitted: f64,
+    },
     /// A text of the class is empty.
     #[error("calibration: {key} is empty; a calibration holds for its class only")]
     EmptyClass {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::canopy::CanopyClass;
 use super::contact_scale::{CONTACT_KEYS, ContactScale, SHARE_KEYS};
 use super::error::CalibrationError;
-use super::quality::FitQuality;
+use super::quality::{FitQuality, QualityKeys, quality_keys};
 use super::witness::Witness;
 use super::wood::{WOOD_BY_SPOT, leafy_share};
 
@@ -228,6 +228,18 @@ impl Calibration {
         ] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(CalibrationError::NotPositive { key, value });
+            }
+        }
+        self.linear.quality.validate(&quality_keys!("linear"))?;
+        self.power.quality.validate(&quality_keys!("power"))?;
+        let canopy = &self.class.canopy;
+        for (key, value, most, expected) in [
+            ("class.canopy.wood_share", canopy.wood_share, 1.0, "a share from 0 to 1"),
+            ("class.canopy.leaf_angle_deg", canopy.leaf_angle_deg, 90.0, "0 to 90 degrees"),
+            ("class.canopy.leaf_area_cm2", canopy.leaf_area_cm2, f64::MAX, "0 or more"),
+        ] {
+            if let Some(value) = value.filter(|value| !(0.0..=most).contains(value)) {
+                return Err(CalibrationError::OutOfRange { key, expected, value });
             }
         }
         self.contact.validate(&CONTACT_KEYS)?;

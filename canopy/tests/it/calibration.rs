@@ -6,7 +6,7 @@ use rowscan_canopy::calibration::{
     CalibrationError, ClumpingBy, ContactScale, FitQuality, FittedRange, RegressionKind,
 };
 use rowscan_canopy::{
-    Calibration, EdgeBy, Estimate, FitError, Parameters, Pipeline, Sample, Warning, Withheld, fit,
+    Calibration, EdgeBy, Estimate, FitError, Parameters, Pipeline, Sample, Warning, Withheld, fit, shipped,
 };
 use rowscan_protocol::angle::BeamGrid;
 use rowscan_protocol::rig::{Mount, Orientation, Rig};
@@ -102,7 +102,8 @@ fn a_bent_calibration_widens_the_sampling_error_and_old_files_are_proportions() 
     let (low, high) = (0.5 * x, 2.0 * x);
     (calibration.contact.quality.low_m2_per_m, calibration.contact.quality.high_m2_per_m) = (low, high);
     let (_, straight) = sampling(&calibration);
-    calibration.contact.p = 1.5;
+    // Of other rows than its own.
+    (calibration.contact.p, calibration.contact.fitted) = (1.5, None);
     let (bent_m2, bent) = sampling(&calibration);
     assert!(relative(bent, 1.5 * straight) < 1e-12, "{bent} {straight}");
     let raw_m2 = found.leaf.areas.contact_raw_m2().ok().unwrap();
@@ -446,6 +447,41 @@ fn coefficients_that_are_no_positive_numbers_are_refused() {
     unsound.linear.b = f64::NAN;
     let error = unsound.validate().unwrap_err();
     assert!(matches!(error, CalibrationError::NotFinite { key: "linear.b", .. }), "{error}");
+}
+
+/// No fit puts these values there: somebody changed the file. Each is named, and none is used.
+#[test]
+fn values_that_no_fit_gives_are_refused_in_every_shipped_calibration() {
+    type Change = fn(&mut Calibration);
+    let changes: [(&str, Change); 14] = [
+        ("contact.k", |c| c.contact.k *= 10.0),
+        ("contact.k", |c| c.contact.k /= 3.0),
+        ("contact.k", |c| c.contact.fitted.iter_mut().for_each(|rows| rows.mean_m2_per_m *= 10.0)),
+        ("contact.quality.n", |c| c.contact.quality.n = 0),
+        ("contact.quality.r2", |c| c.contact.quality.r2 = 5.99),
+        ("contact.quality.r2_uncentred", |c| c.contact.quality.r2_uncentred = f64::NAN),
+        ("contact.quality.loo_rmse_relative", |c| c.contact.quality.loo_rmse_relative = -0.03),
+        ("contact.quality.high_m2_per_m", |c| {
+            let quality = &mut c.contact.quality;
+            std::mem::swap(&mut quality.low_m2_per_m, &mut quality.high_m2_per_m);
+        }),
+        ("power.quality.high_m2_per_m", |c| c.power.quality.low_m2_per_m = 99.0),
+        ("linear.quality.r2", |c| c.linear.quality.r2 = 1.2),
+        ("class.canopy.wood_share", |c| c.class.canopy.wood_share = Some(11.05)),
+        ("class.canopy.leaf_angle_deg", |c| c.class.canopy.leaf_angle_deg = Some(-3.0)),
+        ("class.canopy.leaf_area_cm2", |c| c.class.canopy.leaf_area_cm2 = Some(-24.0)),
+        ("class.crown_depth_m", |c| c.class.crown_depth_m = Some(0.0)),
+    ];
+    for name in shipped::names() {
+        let sound: Calibration = toml::from_str(shipped::text(name).expect(name)).expect(name);
+        assert_eq!(sound.validate(), Ok(()), "{name}");
+        for (key, change) in changes {
+            let mut changed = sound.clone();
+            change(&mut changed);
+            let why = changed.validate().expect_err(key).to_string();
+            assert!(why.starts_with(&format!("calibration: {key} ")), "{name}: {why}");
+        }
+    }
 }
 
 #[test]

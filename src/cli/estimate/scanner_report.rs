@@ -50,6 +50,7 @@ const COLUMNS: &[&str] = &[
     "advance_source",
     "scanned_m",
     "canopy_m",
+    "crown_depth_m",
     "impacted_total_area_m2",
     "leaf_area_m2",
     "leaf_area_withheld",

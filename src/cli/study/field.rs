@@ -225,13 +225,18 @@ fn table(report: &FieldReport) -> String {
         )
     });
     let [low, high] = report.factor_interval;
+    let needed = match (report.recordings_for_ten_percent, report.pieces_for_ten_percent) {
+        (Some(recordings), _) => format!(
+            "recordings for ± 10 %: {recordings} (they differ by more than their pieces, so more pieces of the same ones help little)"
+        ),
+        (None, pieces) => format!("pieces for ± 10 %: {}", pieces.unwrap_or_default()),
+    };
     format!(
-        "{grid}\n{before}each {} left out of the fit: {}, RMSE {:.1} %\nfactor of contact {:.3}, 95 % {low:.3} to {high:.3}; pieces for ± 10 %: {}, measured: {}\n",
+        "{grid}\n{before}each {} left out of the fit: {}, RMSE {:.1} %\nfactor of contact {:.3}, 95 % {low:.3} to {high:.3}; {needed}, measured: {}\n",
         report.left_out,
         signed(report.after.bias),
         100.0 * report.after.rmse,
         report.factor,
-        report.pieces_for_ten_percent,
         report.pieces.len(),
     )
 }

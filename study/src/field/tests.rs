@@ -56,7 +56,7 @@ fn a_row_whose_leaves_are_a_multiple_of_contact_gives_that_factor_and_no_error()
     assert!((before.bias - (0.9 / 1.25 - 1.0)).abs() < 1e-12, "{before:?}");
     assert!((found.calibration.contact.k - 1.25).abs() < 1e-12);
     assert!(found.calibration.contact.k_sd.is_some_and(|sd| sd < 1e-12));
-    assert_eq!(found.pieces_for_ten_percent, 2);
+    assert_eq!((found.pieces_for_ten_percent, found.recordings_for_ten_percent), (Some(2), None));
 }
 
 /// Pieces of one row agree with each other and tell nothing of the next row: a fit that has seen the row looks better than it is.
@@ -75,6 +75,10 @@ fn rows_with_factors_of_their_own_are_left_out_whole() {
     // Three rows, not twelve pieces, say how well the factor is known: it may be off by as much as rows differ.
     let half = (found.factor_interval[1] / found.factor_interval[0] - 1.0) / 2.0;
     assert!(half > 0.25, "{:?}", found.factor_interval);
+    // So it is rows that are planned for.
+    assert_eq!(found.pieces_for_ten_percent, None, "more pieces of the same rows help little");
+    let rows = found.recordings_for_ten_percent.expect("they scatter more");
+    assert!(rows > 3 && rows < 20, "{rows}");
 }
 
 /// Areas in dm², or of other pieces.
