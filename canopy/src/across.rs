@@ -118,7 +118,7 @@ impl Across {
     /// `None` of few returns. What is hidden does not count: rows of one kind differ by how dense they are, too.
     pub(crate) fn depth_m(&self) -> Option<f64> {
         let [near_m, far_m] = [OUT_OF_DEPTH, 1.0 - OUT_OF_DEPTH].map(|share| self.between_bins_m(share));
-        (self.returns >= LEAST_OF_DEPTH).then(|| far_m - near_m).filter(|depth_m| *depth_m > 0.0)
+        (self.returns >= LEAST_OF_DEPTH).then_some(far_m - near_m).filter(|depth_m| *depth_m > 0.0)
     }
 
     /// Share of the canopy within [`NEAR_SCANNER_M`] of the scanner's way, which is `distance_m` before the axis; `None` where it is small.

@@ -38,7 +38,7 @@ pub struct Counting {
     pub late: u64,
     /// Telegrams missing by the counters.
     pub lost: u64,
-    /// Times the device began anew.
+    /// Times the device began anew, or another one took its place.
     pub restarts: u64,
     /// Of these, such behind which the telegram counter did not go on.
     counted_anew: u64,
@@ -91,6 +91,14 @@ struct Reading {
     layer_centideg: i16,
     time_us: u32,
     travel_s: f64,
+    serial_number: u32,
+}
+
+impl Reading {
+    /// True if a scanner of another number sent it; 0 is none.
+    fn is_of_other_than(&self, serial_number: u32) -> bool {
+        serial_number != 0 && self.serial_number != 0 && serial_number != self.serial_number
+    }
 }
 
 /// When on the device clock the telegrams of a window were taken, µs; a telegram's place is its number, over and over.
@@ -190,7 +198,7 @@ impl Counting {
             self.clock.seconds(time_us);
             return self.line(scan, 0.0, Link::First);
         };
-        if scan.begins_anew {
+        if scan.begins_anew || last.is_of_other_than(scan.serial_number) {
             return self.restart(scan, last);
         }
         let steps = counter.wrapping_sub(last.counter);
@@ -381,7 +389,8 @@ impl Counting {
         self.times.keep(number, time_us);
         self.lost = self.lost_before + window.missing();
         let (turn, layer_centideg) = (scan.scan_counter, scan.layer_centideg);
-        self.last = Some(Reading { counter, turn, layer_centideg, time_us, travel_s });
+        let serial_number = scan.serial_number;
+        self.last = Some(Reading { counter, turn, layer_centideg, time_us, travel_s, serial_number });
         Turn::Line { travel_s, link }
     }
 }

@@ -183,6 +183,27 @@ fn a_device_that_begins_anew_at_once_repeats_nothing_however_few_scans_came_befo
 }
 
 #[test]
+fn another_scanner_in_the_stream_repeats_nothing_and_is_told() {
+    let of = |serial_number: u32, n: u16| Scan { serial_number, ..scan(n, 20_000 * u32::from(n)) };
+    let told = |scans: &[Scan]| {
+        let mut counting = Counting::default();
+        scans.iter().for_each(|scan| {
+            counting.observe(scan);
+        });
+        (counting.repeated, counting.restarts, counting.all_lost())
+    };
+    let one: Vec<Scan> = (1..30).map(|n| of(7, n)).collect();
+    let other: Vec<Scan> = (30..60).map(|n| of(8, n)).collect();
+    assert_eq!(told(&[&one[..], &other].concat()).1, 1, "its counter goes on");
+    // Two that send the same numbers at the same times.
+    let both: Vec<Scan> = (1..30).flat_map(|n| [of(7, n), of(8, n)]).collect();
+    assert_eq!(told(&both), (0, 57, None));
+    // A number that is not told is that of nobody else.
+    let unknown: Vec<Scan> = (30..60).map(|n| of(0, n)).collect();
+    assert_eq!(told(&[&one[..], &unknown].concat()), (0, 0, Some(0)));
+}
+
+#[test]
 fn telegrams_that_others_overtook_are_late_once_and_repeated_after() {
     // Six telegrams a turn: its layers have one time.
     for layers in [1_u16, 6] {
