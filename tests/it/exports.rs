@@ -72,7 +72,8 @@ fn an_export_counts_as_an_estimate_does() {
     let order = |numbers: &[u32]| numbers.iter().map(|n| (*n, 20_000 * n)).collect::<Vec<_>>();
     let anew: Vec<(u32, u32)> =
         (1..20).map(|n| (n, 20_000 * n)).chain((1..20).map(|n| (n, 20_000 * n - 7_000))).collect();
-    let cases: [(&str, Vec<(u32, u32)>, [u64; 4]); 5] = [
+    type Case = (&'static str, Vec<(u32, u32)>, [u64; 4]);
+    let cases: [Case; 5] = [
         ("in order", order(&[1, 2, 3, 4, 5, 6]), [0, 0, 0, 0]),
         ("repeated", order(&[1, 2, 3, 2, 3, 3, 4]), [3, 0, 0, 0]),
         ("late", order(&[1, 2, 4, 5, 3, 6]), [0, 1, 0, 0]),
