@@ -90,10 +90,10 @@ fn what_is_lost_swapped_or_begun_anew_is_counted(recorded: &str, changed: &str, 
         bytes.extend((packet.from == Some(Side::Device)).then_some(packet.bytes).into_iter().flatten());
     }
     let heads = (0..bytes.len()).filter(|at| matches!(bytes[*at..], [0x02, 0x80, _, 0x02, 0xB0, ..]));
-    // Address, length, values, checksum.
+    // Address, length, values, checksum; the last one may be cut.
     let telegram =
-        |at: usize| &bytes[at..at + usize::from(u16::from_le_bytes([bytes[at + 2], bytes[at + 3]])) + 6];
-    let sent: Vec<&[u8]> = heads.map(telegram).collect();
+        |at: usize| bytes.get(at..at + usize::from(u16::from_le_bytes([bytes[at + 2], bytes[at + 3]])) + 6);
+    let sent: Vec<&[u8]> = heads.filter_map(telegram).collect();
     let told = |order: &[usize]| {
         std::fs::write(changed, order.iter().flat_map(|n| sent[*n]).copied().collect::<Vec<u8>>())
             .expect("written");
