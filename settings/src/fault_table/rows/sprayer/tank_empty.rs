@@ -10,7 +10,7 @@ pub(in crate::fault_table::rows) const ROW: Row = Row {
     family: Family::Sprayer,
     parameters: &[],
     about: "Nothing is left in the tank: it forbids spraying, and with `[hydraulics]` the pump gives nothing.",
-    reports: "the tank's level",
+    reports: "the tank's empty switch; its level stays",
     recovery: "shuts all; as before, after it",
     make: |_| Ok(PartFault::Sprayer(SprayerFault::TankEmpty)),
 };
