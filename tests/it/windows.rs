@@ -5,7 +5,7 @@ use rowscan_bus::canopy::CanopyEcu;
 use rowscan_bus::frame::J1939Id;
 use rowscan_bus::message::Message;
 use rowscan_bus::pgn::canopy::{CanopyReport, IMPACTED_BANDS, LEAF_BANDS, LEAF_STATUS, SUMMARY};
-use rowscan_canopy::calibration::ContactScale;
+use rowscan_canopy::calibration::{ContactScale, FittedRows};
 use rowscan_canopy::{Calibration, LeafSlice, RowClass, Withheld};
 use rowscan_emulator::stage::Stage;
 use rowscan_protocol::model::AnyModel;
@@ -113,7 +113,11 @@ fn a_leaf_area_beyond_its_field_is_said_to_be_so() {
     let own = load_named_calibration("spindle", model.name(), rig.optics).expect("it is shipped");
     // A row as it is, and one with twenty times the leaves.
     for (times, fits) in [(1.0, true), (20.0, false)] {
-        let contact = ContactScale { k: times * own.contact.k, ..own.contact };
+        let fitted = own
+            .contact
+            .fitted
+            .map(|rows| FittedRows { mean_leaf_area_m2_per_m: times * rows.mean_leaf_area_m2_per_m, ..rows });
+        let contact = ContactScale { k: times * own.contact.k, fitted, ..own.contact };
         let calibration = CalibrationChoice::Given(Some(Box::new(Calibration { contact, ..own.clone() })));
         let reading = Reading::of(Some(&rig), 0, true, calibration).expect("a reading");
         let asked = StartUpRequests { cola: reading.cola, lms2xx: reading.lms2xx };

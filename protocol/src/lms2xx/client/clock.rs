@@ -12,6 +12,9 @@ const HOST_TOLERANCE: f64 = 2.0;
 /// That share: clocks drift.
 const HOST_TOLERANCE_SHARE: f64 = 2e-4;
 
+/// Telegrams of one output differ in length by no more bytes than this: interlaced parts of a scan have a value more or fewer.
+const SAME_LENGTH: usize = 8;
+
 /// The two indices behind a telegram's values, each modulo 256.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Indices {
@@ -28,6 +31,8 @@ pub(super) struct Place {
     pub(super) number: u64,
     /// Turns of the mirror since number 0; `None` where nobody counts them.
     pub(super) turns: Option<u64>,
+    /// The same in times from one telegram to the next, as long as those were then.
+    pub(super) periods: u64,
     /// The device counts anew from here on.
     pub(super) begins_anew: bool,
 }
@@ -39,8 +44,10 @@ pub(super) struct Place {
 #[derive(Clone, Debug)]
 pub(super) struct ScanClock {
     last: Option<Last>,
-    /// How many turns go by from one telegram to the next: the fewest that were seen.
+    /// How many turns go by from one telegram to the next: the fewest that were seen since telegrams are about as long as the last one.
     stride: Option<u8>,
+    /// How long that is, bytes.
+    length: usize,
     /// Numbers of telegrams that have come, with what stands for their bytes.
     came: [Option<(i64, u32)>; REMEMBERED as usize],
 }
@@ -51,12 +58,13 @@ struct Last {
     indices: Option<Indices>,
     number: i64,
     turns: i64,
+    periods: i64,
     at: Option<Duration>,
 }
 
 impl Default for ScanClock {
     fn default() -> Self {
-        Self { last: None, stride: None, came: [None; REMEMBERED as usize] }
+        Self { last: None, stride: None, length: 0, came: [None; REMEMBERED as usize] }
     }
 }
 
@@ -85,21 +93,32 @@ impl ScanClock {
         (turns > 0).then(|| scan_time(turns_a_scan).saturating_mul(turns.div_ceil(turns_a_scan.max(1))))
     }
 
-    /// A telegram with these indices came, read at `at`; `bytes` stand for what it holds.
-    pub(super) fn count(&mut self, indices: Option<Indices>, bytes: u32, at: Option<Duration>) -> Place {
+    /// A telegram of this length with these indices came, read at `at`; `bytes` stand for what it holds.
+    pub(super) fn count(
+        &mut self,
+        indices: Option<Indices>,
+        (length, bytes): (usize, u32),
+        at: Option<Duration>,
+    ) -> Place {
+        if length.abs_diff(self.length) > SAME_LENGTH {
+            // Another resolution or angle: scans take another number of turns.
+            self.stride = None;
+        }
+        self.length = length;
         let Some(last) = self.last else {
-            return self.newest(Last { indices, number: 0, turns: 0, at }, bytes);
+            return self.newest(Last { indices, number: 0, turns: 0, periods: 0, at }, bytes);
         };
         let Some((before, now)) = last.indices.zip(indices) else {
             // Nobody counts: what was lost is not known, and is not made up from times that hosts delay.
-            return self.newest(Last { indices, number: last.number + 1, turns: last.turns, at }, bytes);
+            let (number, periods) = (last.number + 1, last.periods + 1);
+            return self.newest(Last { indices, number, periods, turns: last.turns, at }, bytes);
         };
         let turned = now.turn.wrapping_sub(before.turn);
         let telegrams = match before.telegram.zip(now.telegram) {
             Some((before, now)) => i64::from(now.wrapping_sub(before) as i8),
             // To the last byte, its index too: the same one again.
             None if self.came.get(slot(last.number)).copied().flatten() == Some((last.number, bytes)) => {
-                return self.place(last.number, last.turns, false);
+                return place(&last, false);
             }
             None if turned == 0 => 1,
             None => self.telegrams_by_turns(turned),
@@ -111,15 +130,22 @@ impl ScanClock {
         if telegrams == 1 && turned > 0 {
             self.stride = Some(self.stride.map_or(turned, |stride| stride.min(turned)));
         }
-        let turns = last.turns + self.turns(turned, telegrams);
-        self.newest(Last { indices, number: last.number + telegrams, turns, at }, bytes)
+        let turns = self.turns(turned, telegrams);
+        let next = Last {
+            indices,
+            number: last.number + telegrams,
+            turns: last.turns + turns,
+            periods: last.periods + self.periods(turns, telegrams),
+            at,
+        };
+        self.newest(next, bytes)
     }
 
     /// A telegram that is newer than all before it.
     fn newest(&mut self, last: Last, bytes: u32) -> Place {
         self.last = Some(last);
         self.keep(last.number, bytes);
-        self.place(last.number, last.turns, false)
+        place(&last, false)
     }
 
     /// A telegram that is so many behind the newest, or as old.
@@ -133,18 +159,20 @@ impl ScanClock {
     ) -> Place {
         let number = last.number + telegrams;
         let turned = last.indices.zip(indices).map_or(0, |(before, now)| now.turn.wrapping_sub(before.turn));
-        let turns = last.turns + self.turns(turned, telegrams);
+        let turned = self.turns(turned, telegrams);
+        let (turns, periods) = (last.turns + turned, last.periods + self.periods(turned, telegrams));
+        let there = Last { number, turns, periods, ..last };
         let came = self.came.get(slot(number)).copied().flatten().filter(|(kept, _)| *kept == number);
         let is_near = -telegrams < REMEMBERED && number > 0 && turns >= 0;
         match came {
-            Some((_, kept)) if kept == bytes => self.place(number, turns, false),
+            Some((_, kept)) if kept == bytes => place(&there, false),
             None if is_near && telegrams < 0 => {
                 self.keep(number, bytes);
-                self.place(number, turns, false)
+                place(&there, false)
             }
             _ => {
                 self.came = [None; REMEMBERED as usize];
-                let place = self.newest(Last { indices, number: 0, turns: 0, at }, bytes);
+                let place = self.newest(Last { indices, number: 0, turns: 0, periods: 0, at }, bytes);
                 Place { begins_anew: true, ..place }
             }
         }
@@ -154,12 +182,6 @@ impl ScanClock {
         if let Some(kept) = self.came.get_mut(slot(number)) {
             *kept = Some((number, bytes));
         }
-    }
-
-    fn place(&self, number: i64, turns: i64, begins_anew: bool) -> Place {
-        let counts = self.last.is_some_and(|last| last.indices.is_some());
-        let turns = u64::try_from(turns).ok().filter(|_| counts);
-        Place { number: number.unsigned_abs(), turns, begins_anew }
     }
 
     /// So many telegrams forward, or 256, 512, … more where the host's clock says just that.
@@ -194,11 +216,17 @@ impl ScanClock {
         ((i64::from(step) + i64::from(stride / 2)) / i64::from(stride)).max(1)
     }
 
-    /// How many times as long as from one telegram to the next so many turns take.
-    pub(super) fn periods(&self, turns: u64) -> u64 {
-        let stride = self.stride.map_or(1, u64::from).max(1);
-        (turns + stride / 2) / stride
+    /// How many times as long as from one telegram to the next so many turns take, which so many telegrams took.
+    fn periods(&self, turns: i64, telegrams: i64) -> i64 {
+        let Some(stride) = self.stride.map(i64::from).filter(|stride| *stride > 0) else { return telegrams };
+        let half = stride / 2;
+        (turns + if turns < 0 { -half } else { half }) / stride
     }
+}
+
+fn place(last: &Last, begins_anew: bool) -> Place {
+    let turns = u64::try_from(last.turns).ok().filter(|_| last.indices.is_some());
+    Place { number: last.number.unsigned_abs(), turns, periods: last.periods.unsigned_abs(), begins_anew }
 }
 
 fn slot(number: i64) -> usize {
@@ -224,7 +252,7 @@ mod tests {
         let mut bytes = 0;
         let places = indices.iter().map(|(turn, telegram)| {
             bytes += 1;
-            clock.count(Some(Indices { turn: *turn, telegram: *telegram }), bytes, None)
+            clock.count(Some(Indices { turn: *turn, telegram: *telegram }), (732, bytes), None)
         });
         places.map(|place| (place.number, place.begins_anew)).collect()
     }
@@ -232,7 +260,7 @@ mod tests {
     #[test]
     fn without_an_index_nothing_is_known_to_be_lost() {
         let mut clock = ScanClock::default();
-        let counted: Vec<u64> = (0..4).map(|n| clock.count(None, n, None).number).collect();
+        let counted: Vec<u64> = (0..4).map(|n| clock.count(None, (732, n), None).number).collect();
         assert_eq!(counted, [0, 1, 2, 3]);
     }
 
@@ -262,12 +290,13 @@ mod tests {
                     for number in (first..first + 5).chain(first + 5 + lost..first + 10 + lost) {
                         // With few lost, nobody needs a host's clock.
                         let read = (lost >= 120).then(|| at(number));
-                        told = clock.count(Some(sent(number, stride)), number as u32, read);
+                        told = clock.count(Some(sent(number, stride)), (732, number as u32), read);
                     }
                     let expected = 9 + lost;
                     let place = Place {
                         number: expected as u64,
                         turns: Some((expected * stride) as u64),
+                        periods: expected as u64,
                         begins_anew: false,
                     };
                     assert_eq!(told, place, "stride {stride}, first {first}, {lost} lost");
@@ -284,7 +313,7 @@ mod tests {
                 let at_ms = 200_000 + number * 16 * 1000 / 75 + if number > 20 { jump_s * 1000 } else { 0 };
                 let place = clock.count(
                     Some(sent(number, 16)),
-                    number as u32,
+                    (732, number as u32),
                     Some(Duration::from_millis(at_ms as u64)),
                 );
                 assert_eq!((place.number, place.begins_anew), (number as u64, false), "{jump_s} s");
@@ -296,7 +325,7 @@ mod tests {
     fn what_is_older_came_late_or_again_or_the_device_began_anew() {
         let mut clock = ScanClock::default();
         let mut count = |number: i64, bytes: u32| {
-            let place = clock.count(Some(sent(number, 16)), bytes, None);
+            let place = clock.count(Some(sent(number, 16)), (732, bytes), None);
             (place.number, place.begins_anew)
         };
         let told: Vec<(u64, bool)> =
@@ -316,11 +345,32 @@ mod tests {
     fn a_turn_that_a_device_left_out_takes_its_time_and_is_no_lost_telegram() {
         let mut clock = ScanClock::default();
         let told = [(0, 0), (16, 1), (48, 2), (64, 3)].map(|(turn, telegram)| {
-            let place = clock.count(Some(Indices { turn, telegram: Some(telegram) }), u32::from(turn), None);
-            (place.number, place.turns, clock.periods(place.turns.unwrap_or_default()))
+            let indices = Indices { turn, telegram: Some(telegram) };
+            let place = clock.count(Some(indices), (732, u32::from(turn)), None);
+            (place.number, place.turns, place.periods)
         });
         assert_eq!(told.map(|(number, ..)| number), [0, 1, 2, 3]);
         assert_eq!(told.map(|(_, turns, _)| turns), [Some(0), Some(16), Some(48), Some(64)]);
         assert_eq!(told.map(|(.., periods)| periods), [0, 1, 3, 4]);
+    }
+
+    #[test]
+    fn another_resolution_leaves_no_turn_out_and_parts_of_a_scan_are_one_output() {
+        // One turn each at 1 deg, then two at 0.5; parts of 181 and of 180 values.
+        for (lengths, strides) in [([372_usize, 732], [1_u8, 2]), ([732, 372], [2, 1]), ([372, 370], [4, 4])]
+        {
+            let mut clock = ScanClock::default();
+            let (mut turn, mut told) = (0_u8, Place::default());
+            for n in 0..60_u8 {
+                let part = if lengths[0].abs_diff(lengths[1]) > SAME_LENGTH { n / 30 } else { n % 2 };
+                let indices = Indices { turn, telegram: Some(n) };
+                let at = usize::from(part);
+                told = clock.count(Some(indices), (lengths[at], n.into()), None);
+                let next =
+                    usize::from(if lengths[0].abs_diff(lengths[1]) > SAME_LENGTH { (n + 1) / 30 } else { 0 });
+                turn = turn.wrapping_add(strides[next.min(1)]);
+            }
+            assert_eq!((told.number, told.periods), (59, 59), "{lengths:?}");
+        }
     }
 }

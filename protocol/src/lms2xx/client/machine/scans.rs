@@ -68,7 +68,7 @@ impl Machine {
         let by_rate = period(self.rate, frame, turns);
         let Values { real_time_index, telegram_index, .. } = self.values;
         let indices = real_time_index.map(|turn| Indices { turn, telegram: telegram_index });
-        let place = self.clock.count(indices, bytes, self.now);
+        let place = self.clock.count(indices, (frame, bytes), self.now);
         let known_period = if self.rate_known { Some(by_rate) } else { self.clock.period(turns) };
         // In bytes without times, index and rate nothing tells it.
         let scan_period = known_period.unwrap_or(by_rate);
@@ -83,7 +83,7 @@ impl Machine {
         scan.uncounted = self.values.real_time_index.is_none();
         scan.begins_anew = place.begins_anew;
         scan.telegram_counter = place.number as u16;
-        scan.scan_counter = place.turns.map_or(place.number, |turns| self.clock.periods(turns)) as u16;
+        scan.scan_counter = place.periods as u16;
         // Mirror turns are the clock, or the host where they are not counted; it wraps as other scanners' clocks do.
         scan.scan_time_us = match (place.turns, self.now) {
             (Some(turns), _) => (u128::from(turns) * 1_000_000 / u128::from(TURNS_PER_SECOND)) as u32,
