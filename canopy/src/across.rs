@@ -130,25 +130,26 @@ impl Across {
 
     /// What this share of the returns lies before, metres behind the axis.
     fn within_m(&self, share: f64) -> f64 {
-        let mut rest = share * self.returns as f64;
-        let bin = self.bins.iter().position(|count| {
-            rest -= *count as f64;
-            rest < 0.0
-        });
-        (bin.unwrap_or(BINS) as f64 + 0.5) * BIN_M - REACH_M
+        (self.reached(share).0 as f64 + 0.5) * BIN_M - REACH_M
     }
 
     /// The same, returns taken to lie evenly within a bin.
     fn between_bins_m(&self, share: f64) -> f64 {
+        let (bin, part) = self.reached(share);
+        (bin as f64 + part) * BIN_M - REACH_M
+    }
+
+    /// The bin in which this share of the returns is reached, and the part of it that is needed.
+    fn reached(&self, share: f64) -> (usize, f64) {
         let mut rest = share * self.returns as f64;
         for (bin, count) in self.bins.iter().enumerate() {
             let count = *count as f64;
             if rest < count {
-                return (bin as f64 + rest / count) * BIN_M - REACH_M;
+                return (bin, rest / count);
             }
             rest -= count;
         }
-        REACH_M
+        (BINS, 0.0)
     }
 }
 
