@@ -10,6 +10,7 @@ use comfy_table::{Cell, CellAlignment};
 use erased_serde::Serialize;
 use rowscan_canopy::Calibration;
 use rowscan_files::{OutputFile, is_standard_output};
+use rowscan_study::calibrations;
 use serde_json::Value;
 
 use super::grid::{Grid, TIED};
@@ -175,7 +176,7 @@ pub(super) fn share(fraction: Option<f64>) -> Cell {
 
 /// A calibration as the text of its file.
 pub(super) fn calibration_text(calibration: &Calibration) -> Result<String, Failure> {
-    toml::to_string(calibration).map_err(|cause| Failure::Write {
+    toml::to_string(&calibrations::sealed(calibration)).map_err(|cause| Failure::Write {
         what: "the calibration".to_owned(),
         cause: io::Error::other(cause),
     })

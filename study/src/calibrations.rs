@@ -4,6 +4,8 @@ use rowscan_canopy::{Calibration, CalibrationError, shipped};
 use rowscan_protocol::rig::{BeamWidth, Rig};
 use rowscan_scenes::files::{LoadError, SourceText};
 
+use crate::fingerprint;
+
 /// Why a calibration could not be used. Each message names the place and the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
@@ -92,12 +94,40 @@ fn of_class(class: &str) -> impl Iterator<Item = &'static str> {
 fn load_calibration(name: &str) -> Result<Calibration, ConfigError> {
     let source = SourceText::find("calibration", name, shipped::text, shipped::names().collect())?;
     let calibration: Calibration = source.parse()?;
-    calibration.validate().map_err(|cause| ConfigError::Calibration { place: source.place, cause })?;
+    as_it_was_made(&calibration)
+        .and_then(|()| calibration.validate())
+        .map_err(|cause| ConfigError::Calibration { place: source.place, cause })?;
     Ok(calibration)
+}
+
+/// A calibration as its file has it: with the fingerprint of its values.
+pub fn sealed(calibration: &Calibration) -> Calibration {
+    Calibration { fingerprint: Some(fingerprint_of(calibration)), ..calibration.clone() }
+}
+
+/// Refuses a calibration that was changed since it was made: no other value of it could be held against the one that is wrong.
+fn as_it_was_made(calibration: &Calibration) -> Result<(), CalibrationError> {
+    let found = fingerprint_of(calibration);
+    match &calibration.fingerprint {
+        Some(written) if *written != found => {
+            Err(CalibrationError::Changed { written: written.clone(), found })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Of all values but the fingerprint, whatever order they stand in.
+fn fingerprint_of(calibration: &Calibration) -> String {
+    let own = Calibration { fingerprint: None, ..calibration.clone() };
+    let mut values = serde_json::to_value(own).unwrap_or_default();
+    values.sort_all_objects();
+    fingerprint::of(&values)
 }
 
 #[cfg(test)]
 mod tests {
+    use toml::Value;
+
     use super::*;
 
     #[test]
@@ -109,6 +139,55 @@ mod tests {
         assert_eq!(whole.class.scanner_model, "picoscan150");
         let wrong = load_calibration_for("spindel", "lms111", None);
         assert!(matches!(wrong, Err(ConfigError::Load(LoadError::Missing { .. }))));
+    }
+
+    /// Every number and text of a file, one after the other, by a little.
+    #[test]
+    fn a_calibration_with_any_value_changed_is_refused_and_without_its_fingerprint_it_is_somebodys_own() {
+        let shipped = shipped::text("spindle-lms511-device").unwrap();
+        let whole: Value = toml::from_str(shipped).unwrap();
+        let mut paths = Vec::new();
+        paths_of(&whole, &mut Vec::new(), &mut paths);
+        assert!(paths.len() > 60, "{}", paths.len());
+        for path in paths {
+            let mut changed = whole.clone();
+            let value = path.iter().fold(&mut changed, |table, key| &mut table[key.as_str()]);
+            match value {
+                Value::Float(value) => *value *= 1.001,
+                Value::Integer(value) => *value += 1,
+                Value::String(value) if value.ends_with("lms511") => value.push('x'),
+                Value::Array(values) => drop(values.pop()),
+                // One of a few names, which another one belongs to another class.
+                _ => continue,
+            }
+            if path == ["fingerprint"] {
+                continue;
+            }
+            let changed: Calibration = changed.try_into().unwrap_or_else(|why| panic!("{path:?}: {why}"));
+            let refused = as_it_was_made(&changed).expect_err(&path.join("."));
+            assert!(refused.to_string().contains("take the line `fingerprint` out"), "{refused}");
+            assert_eq!(as_it_was_made(&Calibration { fingerprint: None, ..changed }), Ok(()));
+        }
+        // Another order, another spelling of the same values.
+        let same: Calibration = toml::from_str(&toml::to_string(&whole).unwrap()).unwrap();
+        assert_eq!(as_it_was_made(&same), Ok(()));
+    }
+
+    fn paths_of(value: &Value, path: &mut Vec<String>, paths: &mut Vec<Vec<String>>) {
+        let Value::Table(table) = value else { return paths.push(path.clone()) };
+        for (key, value) in table {
+            path.push(key.clone());
+            paths_of(value, path, paths);
+            path.pop();
+        }
+    }
+
+    #[test]
+    fn every_shipped_calibration_is_as_it_was_made() {
+        for name in shipped::names() {
+            let shipped = load_calibration(name).expect(name);
+            assert!(shipped.fingerprint.is_some(), "{name}");
+        }
     }
 
     #[test]

@@ -56,6 +56,31 @@ fn a_calibration_of_measured_metres_is_that_of_the_leaves_and_a_sheet_in_wrong_u
         run(&["estimate", &row, "--rig", "spindle", "--calibration", &file("new.toml"), "--format", "json"]);
     let told: serde_json::Value = serde_json::from_str(&told.stdout).expect("JSON");
     assert!(told["leaf_area_uncertainty"]["calibration"].as_f64() > Some(0.0), "{told}");
+    // A value that is not the file's own any more.
+    let changed = new.replacen("k_sd = 0.", "k_sd = 0.00", 1);
+    assert_ne!(changed, new);
+    std::fs::write(file("changed.toml"), &changed).expect("written");
+    let said = refused(&["estimate", &row, "--rig", "spindle", "--calibration", &file("changed.toml")]);
+    assert!(said.contains("its values are not those it was made with"), "{said}");
+    let own: String = changed
+        .lines()
+        .filter(|line| !line.starts_with("fingerprint"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    std::fs::write(file("own.toml"), own).expect("written");
+    let own = run(&["estimate", &row, "--rig", "spindle", "--calibration", &file("own.toml")]);
+    assert_eq!(own.code, Some(0), "somebody's own values: {}", own.stderr);
+    // A recording under two names, and a copy of one: pieces of one row would count as two rows.
+    std::fs::copy(&row, file("copy.mcap")).expect("copied");
+    for name in ["./row-9401.mcap", "copy.mcap"] {
+        std::fs::write(
+            file("twice.csv"),
+            format!("recording,from_m,to_m,leaf_area_m2\nrow-9401.mcap,2,3,5\n{name},2,3,5\n"),
+        )
+        .expect("written");
+        let said = refused(&["study", "field", &file("twice.csv"), "--rig", "spindle"]);
+        assert!(said.contains("have the same contents"), "{said}");
+    }
     // dm² in the place of m².
     let wrong = fit(100.0);
     assert_eq!((wrong.code, wrong.stdout.as_str()), (Some(2), ""));

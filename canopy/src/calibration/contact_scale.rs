@@ -124,8 +124,10 @@ const UNKNOWN_EXPONENT: f64 = 1.0;
 /// Rows whose law explains less of how they differ are alike.
 pub(super) const ALIKE_R2: f64 = 0.5;
 
-/// How many times as much, or as little, as its rows have a law may tell of their mean. A proportion of rows that scatter is off by some per cent.
-const OTHER_ROWS: f64 = 1.5;
+/// How many times as much, or as little, as its rows have a law may tell of their mean. It goes through it, but for what files are rounded to.
+const OTHER_ROWS: f64 = 1.02;
+/// The same of a proportion: of rows that scatter it is off by some per cent.
+const OTHER_ROWS_IN_PROPORTION: f64 = 1.25;
 
 impl ContactScale {
     /// Refuses values that no leaf area could be made with.
@@ -170,10 +172,11 @@ impl ContactScale {
         if !rows.exponent.is_finite() {
             return Err(CalibrationError::NotFinite { key: keys.exponent, value: rows.exponent });
         }
-        // Both go through the middle of the same rows: the law by least squares of logarithms to the last digit, a proportion about so.
+        // Both go through the middle of the same rows: the law by least squares of logarithms.
         let (mean, fitted) = (rows.mean_m2_per_m, rows.mean_leaf_area_m2_per_m);
         let told = self.k * mean.powf(self.p);
-        if (told / fitted).ln().abs() > OTHER_ROWS.ln() {
+        let most = if self.p == 1.0 { OTHER_ROWS_IN_PROPORTION } else { OTHER_ROWS };
+        if (told / fitted).ln().abs() > most.ln() {
             return Err(CalibrationError::OtherRows { key: keys.k, told, fitted });
         }
         Ok(())

@@ -54,6 +54,17 @@ pub enum CalibrationError {
         /// Their mean leaf area, m²/m.
         fitted: f64,
     },
+    /// The file is not as it was made.
+    #[error(
+        "calibration: its values are not those it was made with: its fingerprint is {written}, theirs is {found}; make it again (`provenance.command`), or, \
+         where the values are your own, take the line `fingerprint` out"
+    )]
+    Changed {
+        /// As it stands in the file.
+        written: String,
+        /// Of the values.
+        found: String,
+    },
     /// A text of the class is empty.
     #[error("calibration: {key} is empty; a calibration holds for its class only")]
     EmptyClass {

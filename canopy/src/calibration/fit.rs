@@ -186,6 +186,7 @@ pub fn fit(
         return Err(FitError::NoSpread { key: "leaf_area_m2" });
     }
     Ok(Calibration {
+        fingerprint: None,
         units: Units::SquareMetres,
         class,
         provenance,

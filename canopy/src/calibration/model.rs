@@ -16,6 +16,10 @@ use super::wood::{WOOD_BY_SPOT, leafy_share};
 pub struct Calibration {
     /// The unit of every area in it; must be written, so that dm² are never taken for m².
     pub units: Units,
+    /// Of all other values, by whoever wrote the file: one that was changed since is told from one that was made so. `None` where the values are somebody's own, and in
+    /// files of versions before this key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fingerprint: Option<String>,
     /// What it is valid for.
     pub class: CalibrationClass,
     /// How the position was determined.

@@ -1,5 +1,7 @@
 //! `rowscan study field`: a calibration from pieces of real rows whose leaf area was measured by hand.
 
+use std::collections::HashMap;
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use comfy_table::Cell;
@@ -10,6 +12,7 @@ use rowscan_protocol::rig::{BeamWidth, Rig};
 use rowscan_scenes::files;
 use rowscan_study::calibrations::{load_calibration_for, load_named_calibration};
 use rowscan_study::field::{self, FieldReport, MeasuredPiece, Planned, ScannedPiece};
+use rowscan_study::fingerprint;
 use rowscan_study::reading::{CalibrationChoice, Reading};
 
 use super::calibration::{mean_m, voxel_m};
@@ -72,6 +75,11 @@ async fn calibrate(args: &Args, rig: &Rig, sheet: &Path) -> Result<Outcome, Fail
     let mut recordings: Vec<&str> = measured.iter().map(|piece| piece.recording.as_str()).collect();
     recordings.sort_unstable();
     recordings.dedup();
+    if let Some([one, other]) = twice(folder, &recordings) {
+        return Err(told(&format!(
+            "`{one}` and `{other}` have the same contents: expected one name for a recording; write it on all its lines, for pieces of one row are alike"
+        )));
+    }
     let first = recordings.first().map(|recording| recorded(&folder.join(recording))).transpose()?;
     let nearest = class(args, rig, first.map_or(0, |first| scanner_of(args, rig, &first)))?;
     let bar = progress::bar("reading", "recordings", recordings.len() as u64);
@@ -113,6 +121,17 @@ async fn calibrate(args: &Args, rig: &Rig, sheet: &Path) -> Result<Outcome, Fail
         Format::Table => output::print(&table(&report))?,
     }
     Ok(Outcome::Done)
+}
+
+/// Two names of one recording, if any: by what the files hold, so that a copy is one as well.
+fn twice<'a>(folder: &Path, recordings: &[&'a str]) -> Option<[&'a str; 2]> {
+    let mut known = HashMap::new();
+    recordings.iter().find_map(|recording| {
+        // What cannot be read is told when it is opened.
+        let file = rowscan_files::open(&folder.join(recording)).ok()?;
+        let contents = BufReader::new(file).bytes().map_while(Result::ok);
+        known.insert(fingerprint::of_bytes(contents), *recording).map(|other| [other, recording])
+    })
 }
 
 /// The recording of that name.
