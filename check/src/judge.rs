@@ -37,6 +37,11 @@ pub(crate) fn judge(scenario: &Scenario, number: usize, expect: &Expect, tried: 
     }
     let without = match (&expect.equals_run_without, &tried.without_faults) {
         (None, _) => None,
+        (Some(_), _) if scenario.faults.is_empty() => {
+            return Judged::error(
+                "`equals_run_without`: the scenario has no fault, and a run without faults is the same run; add a `[[fault]]`, or leave the expectation out",
+            );
+        }
         (Some(_), None) => return Judged::error("the run without faults was not made"),
         (Some(_), Some(RunRecord { error: Some(error), .. })) => {
             return Judged::error(format!("the run without faults: {error}"));

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use rowscan_bus::J1939Id;
 use rowscan_bus::isobus::process_data::{ProcessData, command};
+use rowscan_bus::isobus::role::IdleSetpoints;
 use rowscan_bus::pgn::isobus::PROCESS_DATA;
 use rowscan_protocol::time::SimTime;
 
@@ -44,6 +45,17 @@ fn said(wanted: ProcessValue, run: &RunRecord) -> Vec<Said> {
     all
 }
 
+/// Why the setpoint says nothing, in words, where each one that was set commanded the sprayer nothing: what it is then is so by chance.
+fn without_effect(wanted: ProcessValue, said: &[Said], run: &RunRecord) -> Option<String> {
+    let ddi = wanted.setpoint()?;
+    let of = |idle: &&IdleSetpoints| (idle.first.ddi, idle.first.element) == (ddi, wanted.element);
+    let idle = run.idle_setpoints.iter().filter(of);
+    let set = said.iter().filter(|said| !said.is_told).count() as u64;
+    (set > 0 && idle.map(|idle| idle.count).sum::<u64>() >= set).then(|| {
+        format!("`ddi`: unknown: DDI {ddi} was set {set} times, and commanded nothing each time: it was never a setpoint")
+    })
+}
+
 /// Judges it.
 pub(crate) fn judge(expect: &Expect, run: &RunRecord) -> Result<Judged, String> {
     let wanted = expect.process.ok_or("`ddi` expects nothing yet; add `element`, `ddi` and `value`")?;
@@ -57,6 +69,11 @@ pub(crate) fn judge(expect: &Expect, run: &RunRecord) -> Result<Judged, String> 
     }
     if wanted.number.is_none() && said.iter().all(|said| said.is_told) {
         return Err(unknown(format!("task controller set DDI {}", setpoint.unwrap_or_default())));
+    }
+    if wanted.number.is_none()
+        && let Some(why) = without_effect(wanted, &said, run)
+    {
+        return Err(why);
     }
     let (mut told_last, mut set, mut first) = (None, None, None);
     // What was told over a connection that was given up since holds no more.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use regex_lite::Regex;
+use rowscan_bus::isobus::role::IdleSetpoints;
 use rowscan_bus::link::socketcand;
 use rowscan_emulator::{Compute, Gap, Hold, Sleep, StageRow};
 use rowscan_faults::At;
@@ -102,6 +103,8 @@ pub(crate) struct RunRecord {
     pub(crate) sprayer: Option<Result<SprayerRun, String>>,
     /// When connections between task controllers and clients were given up.
     pub(crate) given_up: Vec<SimTime>,
+    /// Setpoints that commanded the sprayer nothing.
+    pub(crate) idle_setpoints: Vec<IdleSetpoints>,
     /// Bytes that the clients of devices had not read at its end, by the device's id: of those that were a second of scans and more behind.
     pub(crate) unread: BTreeMap<String, u64>,
     /// What the user should know of the scene.
@@ -236,6 +239,7 @@ async fn drive(
     let told = runs.flat_map(|run| run.unheeded().into_iter().chain(run.in_part()));
     let known: Vec<String> = boom.chain(told).chain(idle_setpoints(&rig.sections)).collect();
     record.warnings.extend(known.into_iter().chain(rig.refused.told()));
+    record.idle_setpoints = rig.sections.idle();
     record.given_up = rig.sections.given_up().into_iter().chain(rig.clients.lost()).collect();
     let tasks = scenario.buses.iter().filter_map(|bus| bus.task.as_ref());
     record.warnings.extend(tasks.flat_map(|task| task.told(&rig.clients.news(), &rig.clients.steps())));

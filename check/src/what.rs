@@ -283,7 +283,7 @@ pub const WHATS: &[What] = &[
         "edges",
         Sprayed::Edges,
         &["of", "edge", "equals", "above", "below", "between"],
-        "edges of sections that were `missed` or `spurious` (`of`); both where it is left out; what the run's end cut off is neither; `missed` is unknown where none was wanted",
+        "edges of sections that were `missed` or `spurious` (`of`); both where it is left out; what the run's end cut off is neither; `missed` is unknown where none was wanted, `spurious` alone where leaves were wanted and no valve was told to open",
     ),
     sprayer(
         "recall",
@@ -301,7 +301,7 @@ pub const WHATS: &[What] = &[
         "saved_litres",
         Sprayed::SavedLitres,
         &["above", "below", "between"],
-        "litres less than from all nozzles at full flow while the tractor goes ahead in its alleys",
+        "litres less than from all nozzles at full flow while the tractor goes ahead in its alleys, by the commands: what a sound machine would spray for them; unknown where leaves were wanted and no valve was told to open",
     ),
     sprayer(
         "valves",
@@ -319,7 +319,7 @@ pub const WHATS: &[What] = &[
         "forbidden_litres",
         Sprayed::Forbidden,
         &["of", "within_s", "equals", "above", "below", "between"],
-        "litres while a rule forbade spraying: `master`, `override`, `tank_empty`, `headland`, `reverse`, `standstill` or `no_spray` (`of`), or any of them; from `within_s` seconds [0] after the rule began",
+        "litres while a rule forbade spraying: `master`, `override`, `tank_empty`, `headland`, `reverse`, `standstill` or `no_spray` (`of`), or any of them; from `within_s` seconds [0] after the rule began; against `tank_empty` what open valves would let through at full flow; unknown where leaves were wanted and no valve was told to open",
     ),
     sprayer(
         "off_target_share",
@@ -331,12 +331,12 @@ pub const WHATS: &[What] = &[
         "rate_error",
         Sprayed::RateError,
         &["of", "after", "above", "below", "abs_below", "between"],
-        "how far the flow of open nozzles is off what `[rate]` of the boom wants at the tractor's speed, by `of`: `p95` [of the error without its sign, as a share], `mean`, `settling_s` after steps of speed and sections, `overshoot` (a share), or `reported`: the controller's litres beside the true ones, as a share; from an event on with `after`",
+        "how far the flow of nozzles with open valves, whether or not there is liquid behind them, is off what `[rate]` of the boom wants at the tractor's speed, by `of`: `p95` [of the error without its sign, as a share], `mean`, `settling_s` after steps of speed and sections, `overshoot` (a share), or `reported`: the controller's litres beside the true ones, as a share, to its last report, and to the run's end where it stopped to report; from an event on with `after`",
     ),
     What {
         name: "ddi",
         keys: &["element", "ddi", "value", "after", "within_s"],
-        tells: "ISOBUS: what was told last of a DDI of an element of a task controller's client is `value`, a whole number, or \"as_setpoint\": what was set last by 290 (of 161), 289 (141), 1 (2) or by itself (1, 158, 160, 289, 290); what was told over a connection that was given up since holds no more; so many simulated seconds after an event at the latest [0]",
+        tells: "ISOBUS: what was told last of a DDI of an element of a task controller's client is `value`, a whole number, or \"as_setpoint\": what was set last by 290 (of 161), 289 (141), 1 (2) or by itself (1, 158, 160, 289, 290); what was told over a connection that was given up since holds no more; \"as_setpoint\" is unknown where each setpoint commanded nothing; so many simulated seconds after an event at the latest [0]",
         kind: Kind::ProcessValue,
     },
 ];

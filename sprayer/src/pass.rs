@@ -164,10 +164,9 @@ impl Pass {
         if let (None, Some(dry_s)) = (&node, dry_s) {
             flows.iter_mut().for_each(|flow| flow.end(dry_s));
         }
-        if node.is_some() {
-            // What passes while the pump has nothing to pump is missed, though hoses still give what they held.
-            let full = self.forbidden(troubles, dry_s).tank_empty.gaps(self.time());
-            flows.iter_mut().for_each(|flow| flow.open = flow.open.and(&full));
+        if let Some(node) = &node {
+            let fed = node.starved().gaps(self.time());
+            flows.iter_mut().for_each(|flow| flow.open = flow.open.and(&fed));
         }
         Delivery { flows, node, dry_s }
     }
@@ -202,9 +201,21 @@ impl Pass {
 
     /// When each section has an open nozzle.
     pub fn section_open(&self, flows: &[Flow]) -> Vec<Spans> {
+        self.by_section(flows.iter().map(|flow| &flow.open))
+    }
+
+    /// When each section has an open valve, whether or not there is liquid behind it.
+    pub(crate) fn section_valves(&self, flows: &[Flow]) -> Vec<Spans> {
+        self.by_section(flows.iter().map(|flow| &flow.valve))
+    }
+
+    /// What the nozzles of each section cover together.
+    fn by_section<'a>(&self, of_nozzles: impl Iterator<Item = &'a Spans> + Clone) -> Vec<Spans> {
         let of_section = |section: usize| {
-            let own = self.nozzles.iter().zip(flows).filter(move |(nozzle, _)| nozzle.section == section);
-            own.flat_map(|(_, flow)| flow.open.iter().copied()).collect()
+            let own = self.nozzles.iter().zip(of_nozzles.clone());
+            own.filter(|(nozzle, _)| nozzle.section == section)
+                .flat_map(|(_, times)| times.iter().copied())
+                .collect()
         };
         (0..self.boom.sections.len()).map(of_section).collect()
     }

@@ -1,7 +1,7 @@
 //! Rate control: how far the flow was off what the speed wants, and how it settled after steps of speed and sections.
 //!
 //! The wanted flow of an open nozzle is its nominal one times speed / `at_m_s`. Flow and wanted flow are means over windows of `window_s`; a nozzle counts in those in
-//! which it is open from end to end.
+//! which its valve is open from end to end: one that gives nothing then is as far off as can be.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ const CHANGING_M_S2: f64 = 0.02;
 /// How well a rate was kept. What cannot be told is none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
-    /// Litres of the nozzles that were open, in the windows that count.
+    /// Litres of the nozzles whose valves were open, in the windows that count.
     pub litres: f64,
     /// What their rate would have been.
     pub wanted_litres: f64,
@@ -34,7 +34,7 @@ pub struct Rate {
     pub unsettled: usize,
     /// Those after which it had not settled when the run ended.
     pub unsettled_at_end: usize,
-    /// Steps that say nothing: behind them no nozzle was open for a whole window, or the next step or the run's end came
+    /// Steps that say nothing: behind them no valve was open for a whole window, or the next step or the run's end came
     /// within half a second, before it had settled.
     pub unjudged: usize,
     /// What `settling_s` means.
@@ -180,7 +180,7 @@ impl After {
     }
 }
 
-/// The windows in which a nozzle is open from end to end while the tractor goes ahead.
+/// The windows in which a nozzle's valve is open from end to end while the tractor goes ahead.
 pub fn windows(pass: &Pass, keys: &RateTable, flows: &[Flow], from_s: f64) -> Vec<Window> {
     let run = pass.time();
     let going = pass.drive().going(pass.boom().standstill_m_s);
@@ -193,7 +193,7 @@ pub fn windows(pass: &Pass, keys: &RateTable, flows: &[Flow], from_s: f64) -> Ve
     all.filter(|span| is_all(&going, *span))
         .filter_map(|span| {
             let way_m = (pass.drive().y_m(span.to) - pass.drive().y_m(span.from)).abs();
-            let open = flows.iter().filter(|flow| is_all(&flow.open, span));
+            let open = flows.iter().filter(|flow| is_all(&flow.valve, span));
             let (litres, full_l_s) = open.fold((0.0, 0.0), |(litres, full_l_s), flow| {
                 (litres + flow.litres_in(&Spans::of([span])), full_l_s + flow.full_l_s)
             });
@@ -206,7 +206,7 @@ pub fn windows(pass: &Pass, keys: &RateTable, flows: &[Flow], from_s: f64) -> Ve
 /// Steps of sections and steps of speed, whether it jumps or takes its time, each from the first change to the last of those that follow each other closely, in the
 /// order in which they begin. A step of sections is one of its own beside a ramp of speed, and within one.
 fn steps(pass: &Pass, keys: &RateTable, flows: &[Flow], from_s: f64) -> Vec<Span> {
-    let edges = pass.section_open(flows);
+    let edges = pass.section_valves(flows);
     let edges = edges.iter().flat_map(|open| open.iter().flat_map(|span| [span.from, span.to]));
     let jumps = pass.drive().jumps().into_iter();
     let least_m_s = CHANGING_M_S2 * keys.window_s;

@@ -77,7 +77,7 @@ pub struct Breach {
 pub struct Spilt {
     /// For how long spraying was forbidden, less the time that valves are given, seconds; of the nozzle that was forbidden longest. A tractor that has not moved yet counts as one that stands only if something was sprayed then.
     pub forbidden_s: f64,
-    /// Litres in that time.
+    /// Litres in that time; against an empty tank those that open valves would let through at full flow.
     pub litres: f64,
 }
 
@@ -132,13 +132,30 @@ impl<'a> Forbidden<'a> {
         Self { flows, by_rule }
     }
 
+    /// When any rule forbids this nozzle, by its number, to spray.
+    pub fn times(&self, nozzle: usize) -> Spans {
+        let own = self.by_rule.iter().filter_map(|(_, times)| times.get(nozzle));
+        own.fold(Spans::default(), |all, times| all.or(times))
+    }
+
     /// Against this rule; against any of them, each instant and litre counted once, where there is none.
     pub fn spilt(&self, rule: Option<Rule>) -> Spilt {
         let rules = || self.by_rule.iter().filter(|(own, _)| rule.is_none_or(|rule| rule == *own));
         let by_nozzle = self.flows.iter().enumerate().map(|(nozzle, flow)| {
-            let times = rules().filter_map(|(_, times)| times.get(nozzle));
-            let times = times.fold(Spans::default(), |all, times| all.or(times));
-            (times.length(), flow.litres_in(&times))
+            let of = |is_empty: bool| {
+                let own = rules().filter(move |(rule, _)| (*rule == Rule::TankEmpty) == is_empty);
+                let times = own.filter_map(|(_, times)| times.get(nozzle));
+                times.fold(Spans::default(), |all, times| all.or(times))
+            };
+            // Out of an empty tank nothing comes, whatever the controller does: what it opens is what it does wrong.
+            let (empty, others) = (of(true), of(false));
+            let times = others.or(&empty);
+            let full_l = flow.valve.and(&empty).length() * flow.full_l_s;
+            let rest: Spans = others
+                .iter()
+                .flat_map(|span| empty.gaps(*span).iter().copied().collect::<Vec<_>>())
+                .collect();
+            (times.length(), full_l + flow.litres_in(&rest))
         });
         let (forbidden_s, litres) = by_nozzle
             .fold((0.0, 0.0), |(longest, all): (f64, f64), (s, litres)| (longest.max(s), all + litres));

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::flow::Flow;
 use crate::leaves::Area;
 use crate::pass::Pass;
+use crate::span::total;
 
 /// A share of the litres that is none.
 const ROUNDING: f64 = 1e-12;
@@ -24,7 +25,8 @@ pub struct Score {
     pub wasted_litres: f64,
     /// What all nozzles at full flow would have sprayed while the tractor went ahead in its alleys.
     pub constant_litres: f64,
-    /// `constant_litres` − `litres`; none where no command was heard: a controller that is not there has saved nothing.
+    /// `constant_litres` less what a sound machine would spray for the same commands: what does not come out of a broken one is not saved. None where no command was
+    /// heard, and where leaves were wanted and no valve was told to open: such a controller has saved nothing.
     pub saved_litres: Option<f64>,
     /// Leaf area that passed before the nozzles while they were wanted, one-sided, m².
     pub wanted_area_m2: f64,
@@ -43,6 +45,14 @@ impl Score {
     /// The same of valves that were told nothing: how well they did is unknown.
     pub fn unheard(self) -> Self {
         Self { recall: None, waste: None, score: None, saved_litres: None, row_recall: None, ..self }
+    }
+
+    /// The same of a machine that may not have been sound: beside `commanded`, one a nozzle, which a sound one gives for the same commands.
+    #[must_use]
+    pub fn beside_sound(self, commanded: &[Flow]) -> Self {
+        let litres = total(commanded.iter().map(Flow::litres));
+        let is_idle = litres <= 0.0 && self.wanted_area_m2 > 0.0;
+        Self { saved_litres: (!is_idle).then_some(self.constant_litres - litres), ..self }
     }
 
     /// Of what `flows`, one a nozzle, did on a pass.

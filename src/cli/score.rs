@@ -254,7 +254,7 @@ impl Report {
                 })
                 .collect(),
             rate: run.rate.clone(),
-            reported_error: run.reported_error(0.0),
+            reported_error: run.reported(0.0).map(|reported| reported.error),
             hydraulics: run.node.as_ref().map(|node| node.balance(run.pass.time())),
             not_modelled: NOT_MODELLED
                 .iter()

@@ -1,5 +1,6 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+mod spared;
 mod sprayer;
 
 use std::collections::BTreeMap;
@@ -435,4 +436,23 @@ fn impacted_areas_of_another_way_are_unknown() {
         assert_eq!(found, expected, "{way_m} m, {expect}: {message}");
         assert_eq!(message.contains("constant speed"), expected == Error, "{message}");
     }
+}
+
+/// A run without faults of a scenario that has none is the same run.
+#[test]
+fn nothing_is_compared_with_itself() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scenario.toml");
+    let text = "version = 1\nscene = \"spindle\"\nend = { s = 1 }\ndevice = [{ id = \"left\", model = \"lms111\" }]\n\
+        expect = [{ what = \"impacted_total_area_m2\", equals_run_without = \"faults\" }]\n";
+    std::fs::write(&path, text).expect("written");
+    let scenario = Scenario::load(&path).expect("it loads");
+    let runs =
+        Runs { all: vec![record(folder.path())], without_faults: Some(record(folder.path())), bless: false };
+    let found = judge(&scenario, 0, &scenario.expects[0], &runs);
+    assert!(
+        found.verdict == Error && found.message.contains("the scenario has no fault"),
+        "{}",
+        found.message
+    );
 }

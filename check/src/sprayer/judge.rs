@@ -7,7 +7,7 @@ use rowscan_sprayer::safety::{Rule, Spilt, is_already_safe, time_to_safe_s};
 use rowscan_sprayer::{Rate, Spans};
 
 use super::edge_words::{due_s, words};
-use super::run::SprayerRun;
+use super::run::{Reported, SprayerRun};
 use crate::judged::{Judged, Window};
 use crate::runner::RunRecord;
 use crate::scenario::{Expect, ValveState};
@@ -31,12 +31,20 @@ pub(crate) fn judge(expect: &Expect, asked: Sprayed, run: &RunRecord) -> Result 
     if let Some(why) = sprayer.unheard() {
         return Err(format!("`{name}`: unknown: {why}"));
     }
+    let spares = match asked {
+        Sprayed::SavedLitres | Sprayed::Forbidden => true,
+        Sprayed::Edges => expect.on.as_deref() == Some("spurious"),
+        _ => false,
+    };
+    if let Some(why) = sprayer.idle().filter(|_| spares) {
+        return Err(format!("`{name}`: unknown: {why}"));
+    }
     let (score, best) = (&sprayer.score, &sprayer.oracle);
     match asked {
         Sprayed::Recall => bounded(expect, score.recall, best.recall, "no leaf passed the nozzles"),
         Sprayed::Waste => bounded(expect, score.waste, best.waste, "nothing was sprayed"),
         Sprayed::SavedLitres => {
-            bounded(expect, score.saved_litres, best.saved_litres, "no command was heard")
+            bounded(expect, score.saved_litres, best.saved_litres, "nothing was told to open")
         }
         Sprayed::LatencyError => latency(expect, sprayer),
         Sprayed::Edges => edges(expect, sprayer),
@@ -257,7 +265,13 @@ fn rate_error(expect: &Expect, sprayer: &SprayerRun, run: &RunRecord) -> Result 
         }
         "reported" => {
             let why = "it takes two reports, and litres between them";
-            (sprayer.reported_error(from_s).ok_or_else(|| unknown(why))?, String::new())
+            let Reported { error, silent_s } = sprayer.reported(from_s).ok_or_else(|| unknown(why))?;
+            let told = |silent_s| {
+                format!(
+                    "; its last report came {silent_s:.3} s before the run's end, and what was sprayed since counts"
+                )
+            };
+            (error, silent_s.map_or(String::new(), told))
         }
         "mean" => (rate()?.mean.ok_or_else(|| unknown(none_open))?, String::new()),
         "overshoot" => {

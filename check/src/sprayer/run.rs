@@ -19,6 +19,12 @@ use super::client;
 use super::spec::SprayerSpec;
 use crate::frames::BusRecord;
 
+/// A controller that has reported nothing for more than so many of its longest pauses has stopped to.
+const MOST_PAUSES: f64 = 2.0;
+
+/// A nozzle that was wanted, and not forbidden, for longer could have been opened, seconds.
+const LEAST_FREE_S: f64 = 1.0;
+
 /// Parts that a message names, at most.
 const MOST_NAMED: usize = 8;
 
@@ -78,6 +84,15 @@ pub struct Relative {
     pub score: Option<f64>,
 }
 
+/// The litres that a controller reported beside the true ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reported {
+    /// The share by which they are off.
+    pub error: f64,
+    /// It had stopped to report so long before the run's end, seconds, and what was sprayed since counts; none where it had not.
+    pub silent_s: Option<f64>,
+}
+
 impl SprayerRun {
     /// Of a run that ended at `ended`: who drove, what went wrong with the sprayer, what its bus carried, and what the sections of a task
     /// controller's client were told.
@@ -115,7 +130,9 @@ impl SprayerRun {
     pub fn judged(pass: Pass, log: CommandLog, orchard: Arc<Orchard>) -> Self {
         let Delivery { flows, node, dry_s } = pass.deliver(&log);
         let rate = pass.boom().rate.map(|keys| Rate::of(&pass, &keys, &flows, 0.0));
-        let (score, edges) = (Score::of(&pass, &flows), Edges::of(&pass, &flows));
+        let commanded = pass.deliver_sound(&log).flows;
+        let score = Score::of(&pass, &flows).beside_sound(&commanded);
+        let edges = Edges::of(&pass, &flows);
         // Valves that nobody has told anything say nothing of a controller.
         let score = if log.reaches(pass.boom()) { score } else { score.unheard() };
         let oracle_flows = pass.deliver_sound(&oracle::commands(&pass)).flows;
@@ -140,13 +157,29 @@ impl SprayerRun {
         }
     }
 
-    /// Share by which the litres that the controller reported are off the true ones, from its first report after `from_s` to its last one; none where that is unknown.
-    pub fn reported_error(&self, from_s: f64) -> Option<f64> {
-        let mut reports = self.reports.iter().filter(|(at, _)| *at >= from_s);
-        let (first, last) = (reports.next()?, reports.next_back()?);
-        let times = Spans::of([Span::new(first.0, last.0)]);
+    /// How far the litres that the controller reported are off the true ones, from its first report after `from_s` on; none where that is unknown.
+    pub fn reported(&self, from_s: f64) -> Option<Reported> {
+        let reports: Vec<(f64, f64)> = self.reports.iter().filter(|(at, _)| *at >= from_s).copied().collect();
+        let ([first, .., last], end_s) = (reports.as_slice(), self.pass.time().to) else { return None };
+        let pause_s = reports.windows(2).map(|pair| pair[1].0 - pair[0].0).fold(0.0, f64::max);
+        let silent_s = Some(end_s - last.0).filter(|silent_s| *silent_s > MOST_PAUSES * pause_s);
+        let times = Spans::of([Span::new(first.0, if silent_s.is_some() { end_s } else { last.0 })]);
         let litres: f64 = self.flows.iter().map(|flow| flow.litres_in(&times)).sum();
-        (litres > 0.0).then(|| (last.1 - first.1) / litres - 1.0)
+        (litres > 0.0).then(|| Reported { error: (last.1 - first.1) / litres - 1.0, silent_s })
+    }
+
+    /// Why nothing is known of what the controller spared, in words; none where it told a valve to open, or was never free to. Who opens nothing spares everything.
+    pub fn idle(&self) -> Option<&'static str> {
+        let commanded = self.pass.deliver_sound(&self.log).flows;
+        let forbidden = self.forbidden(0.0);
+        let mut free = self.oracle_flows.iter().enumerate().map(|(nozzle, flow)| {
+            let times = forbidden.times(nozzle);
+            flow.valve.iter().map(|span| times.gaps(*span).length()).sum::<f64>()
+        });
+        let is_idle = commanded.iter().all(|flow| flow.valve.is_empty());
+        (is_idle && free.any(|free_s| free_s > LEAST_FREE_S)).then_some(
+            "no valve was told to open in the whole run, though leaves were wanted: a controller that opens nothing spares everything",
+        )
     }
 
     /// Litres against every rule, those of switches and tank by the faults of the run and by a tank that ran dry, from `grace_s` after a rule begins.

@@ -6,8 +6,8 @@ use super::plateau::{Plateau, plateaus};
 use super::{Hydraulics, Regulator};
 use crate::boom::Boom;
 use crate::flow::{Course, Flow, Piece};
-use crate::span::Span;
-use crate::valve::Step;
+use crate::span::{Span, Spans};
+use crate::valve::{OPEN_SHARE, Step};
 
 /// Notches of the regulating valve from shut to open.
 const NOTCHES: f64 = 100.0;
@@ -300,6 +300,25 @@ impl Node {
     pub fn segment(&self, at: f64) -> Option<&Segment> {
         let next = self.segments.partition_point(|segment| segment.span.from <= at);
         self.segments.get(next.saturating_sub(1))
+    }
+
+    /// When nothing worth the name leaves an open nozzle: while the pump gives nothing, whatever hoses still hold, and while the pressure gives it less than a
+    /// twentieth of its nominal flow.
+    pub fn starved(&self) -> Spans {
+        let least = OPEN_SHARE * self.nominal;
+        let of = |segment: &Segment| -> Option<Span> {
+            let Segment { span, from, towards, tau_s, pump_l_s, .. } = *segment;
+            // When the pressure goes through the least one, if it does.
+            let crosses = span.from + tau_s * libm::log((from - towards) / (least - towards));
+            match (from < least, towards < least) {
+                _ if pump_l_s <= 0.0 => Some(span),
+                (true, true) => Some(span),
+                (true, false) => Some(Span::new(span.from, crosses.min(span.to))),
+                (false, true) => Span::new(crosses, span.to).common(span),
+                (false, false) => None,
+            }
+        };
+        Spans::of(self.segments.iter().filter_map(of))
     }
 
     /// What its pressure sensor tells at `at`, bar.

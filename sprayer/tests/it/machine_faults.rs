@@ -5,7 +5,7 @@ use rowscan_scenes::{Leaf, Orchard};
 use rowscan_settings::fault_table::sprayer::{SprayerFault, StuckAt, Valves};
 use rowscan_sprayer::safety::{Forbidden, Rule, time_to_safe_s};
 use rowscan_sprayer::{
-    Boom, Command, CommandLog, Drive, Edges, Flow, Pass, Rate, Score, Target, Trouble, Troubles,
+    Boom, Command, CommandLog, Drive, Edges, Flow, Pass, Rate, Score, Span, Spans, Target, Trouble, Troubles,
 };
 use rowscan_vehicle::Tractor;
 use rowscan_vehicle::trajectory::Trajectory;
@@ -173,6 +173,58 @@ fn a_blocked_nozzle_and_a_weak_pump_are_off_the_rate() {
     assert!(sound.mean.expect("it sprays").abs() < 0.02, "{sound:?}");
 }
 
+/// Whatever keeps liquid from nozzles: what passes then is missed, the rate is as far off as can be, nothing is saved by it, and who opens over an empty tank sprays
+/// against the rule.
+#[test]
+fn what_gives_no_liquid_sprays_no_leaf_keeps_no_rate_and_saves_nothing() {
+    let rate = "[rate]\nat_m_s = 1.5";
+    // Never full of liquid: 0.05 l are gone after about a second.
+    let dry = "[sensors]\ntank_l = 0.05";
+    let from = (6.5 + 2.0) / SPEED_M_S;
+    for (more, fault) in [
+        (PUMP, Some(SprayerFault::PumpLow(0.0))),
+        (PUMP, Some(SprayerFault::PumpLow(0.002))),
+        (PUMP, Some(SprayerFault::TankEmpty)),
+        (&format!("{PUMP}\n{dry}"), None),
+        (&format!("{rate}\n{dry}"), None),
+        (rate, Some(SprayerFault::BlockedNozzle(Valves::All, 1.0))),
+        (rate, Some(SprayerFault::BlockedNozzle(Valves::All, 0.97))),
+    ] {
+        let case = format!("{fault:?} {more}");
+        let pass = pass(&wall(), more, fault.map(|fault| (fault, from, None)));
+        let all_open: CommandLog =
+            [Command { at: SimTime::ZERO, target: Target::All, duty: 1.0 }].into_iter().collect();
+        let delivery = pass.deliver(&all_open);
+        let score = Score::of(&pass, &delivery.flows).beside_sound(&pass.deliver_sound(&all_open).flows);
+        let late_s = from.max(delivery.dry_s.unwrap_or_default()) + 0.2;
+        let late = Spans::of([Span::new(late_s, pass.time().to)]);
+        for (nozzle, flow) in delivery.flows.iter().enumerate() {
+            assert_eq!(pass.area(nozzle, &flow.open.and(&late)).all_m2, 0.0, "{case}: nozzle {nozzle}");
+        }
+        assert!(score.recall.is_some_and(|recall| recall < 0.51), "{case}: {score:?}");
+        let keys = pass.boom().rate.expect("a rate");
+        let found = Rate::of(&pass, &keys, &delivery.flows, late_s);
+        assert!(found.mean.is_some_and(|mean| mean < -0.94), "{case}: {found:?}");
+        assert!(found.p95.is_some_and(|p95| p95 > 0.94), "{case}: {found:?}");
+        let saved = score.saved_litres.expect("it was told to open");
+        assert!(saved.abs() < 0.03 * score.constant_litres, "{case}: {score:?}");
+        let against = Forbidden::new(&pass, &delivery.flows, &pass.switches(delivery.dry_s), 0.0);
+        let litres = against.spilt(Some(Rule::TankEmpty)).litres;
+        let is_empty = delivery.dry_s.is_some() || fault == Some(SprayerFault::TankEmpty);
+        assert_eq!(litres > 0.1, is_empty, "{case}: {litres}");
+    }
+    // One that opens nothing has saved nothing, and one without leaves before it has.
+    let of = |orchard: &Orchard| {
+        let pass = pass(orchard, "", None);
+        let shut: CommandLog =
+            [Command { at: SimTime::ZERO, target: Target::All, duty: 0.0 }].into_iter().collect();
+        let flows = pass.flows(&shut);
+        Score::of(&pass, &flows).beside_sound(&flows).saved_litres
+    };
+    assert_eq!(of(&wall()), None);
+    assert!(of(&row(&[])).is_some_and(|saved| saved > 0.1));
+}
+
 /// An empty tank and a blocked nozzle shut no valve: who leaves them open is not safe, whatever flows.
 #[test]
 fn an_open_boom_without_liquid_is_not_safe() {
@@ -221,11 +273,13 @@ fn switches_and_an_empty_tank_forbid_what_flows_all_the_same() {
         assert!((forbidden.spilt(None).litres - litres).abs() < 1e-6, "{rule:?}");
         is_near(found.score.recall, 1.0, "a switch shuts nothing");
     }
-    // A pump with nothing to pump leaves what the hoses held.
+    // What the hoses held still comes; against the rule is what open valves would let through.
     let empty = run(&wall(), PUMP, SprayerFault::TankEmpty, from, None);
     let switches = empty.pass.troubles().switches(empty.pass.time().to);
     let against = Forbidden::new(&empty.pass, &empty.flows, &switches, 0.0).spilt(Some(Rule::TankEmpty));
-    assert!(against.litres > 0.0 && against.litres < 0.001, "{against:?}");
+    let left = empty.flows.iter().map(|flow| flow.litres_in(&switches.tank_empty)).sum::<f64>();
+    assert!(left > 0.0 && left < 0.001, "{left}");
+    assert!((against.litres - litres).abs() < 1e-6, "{against:?}");
     let (missed, wanted) = (empty.score.missed_area_m2, empty.score.wanted_area_m2);
     assert!((missed / wanted - 0.5).abs() < 1e-6, "2.5 m of 5 m: {missed} of {wanted}");
 }

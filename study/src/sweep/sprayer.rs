@@ -177,7 +177,7 @@ impl Found {
         }
         let has_leaves = high[0] > low[0] || high[1] > low[1];
         Self {
-            score: Score::of(pass, &flows),
+            score: Score::of(pass, &flows).beside_sound(&pass.deliver_sound(&sprayed.log).flows),
             edges: Edges::of(pass, &flows),
             interception,
             ground_m2: spacing_m.map(|spacing_m| pass.boom().swath_m(spacing_m) * way_m),

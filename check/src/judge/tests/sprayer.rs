@@ -8,12 +8,12 @@ use crate::sprayer::SprayerRun;
 const MS: u64 = 1_000_000;
 
 /// A sprayer of one section that drove past 5 m of leaf, from 2 to 7 m at 1 m/s, with nozzles beside the scanner, and heard these commands.
-fn sprayed(commands: &[(f64, f64)]) -> SprayerRun {
+pub(super) fn sprayed(commands: &[(f64, f64)]) -> SprayerRun {
     sprayed_past(1.0, commands)
 }
 
 /// The same past a leaf whose lower edge is so high: the section reaches from 1 to 2 m.
-fn sprayed_past(low_m: f64, commands: &[(f64, f64)]) -> SprayerRun {
+pub(super) fn sprayed_past(low_m: f64, commands: &[(f64, f64)]) -> SprayerRun {
     sprayed_until(10_000, low_m, commands)
 }
 
