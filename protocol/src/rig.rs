@@ -53,7 +53,7 @@ pub struct Rig {
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "schema", schemars(example = 1000.0))]
     pub encoder_ticks_per_m: Option<f64>,
-    /// Share of the row, 0 to 1, that may have no valid scan (device error, dirty window, unreadable or lost telegrams) before areas are withheld.
+    /// Share of the row, 0 to 1, that may lie too far from a valid scan to be filled by it (device error, dirty window, unreadable or lost telegrams, five steps and more in a row) before areas are withheld.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default_share"))]
     #[cfg_attr(feature = "schema", schemars(extend("default" = MAX_EXCLUDED)))]
     pub max_excluded: f64,

@@ -113,7 +113,7 @@ impl fmt::Display for Warning {
                 write!(f, "{} is {found}, {by} {expected}", key.name())?;
                 apart(f, *relative_sd)?;
                 if *key == ClassKey::LineSpacing {
-                    f.write_str("; fewer lines a voxel read higher, more of them lower; the rig's `speed_m_s` sets how large a voxel is: let it be the speed that was driven")?;
+                    f.write_str("; fewer lines a voxel read higher, more of them lower; the rig's `speed_m_s` sets how large a voxel is: let it be the speed that was driven; between lost scans lines lie farther apart, too")?;
                 }
                 if *key == ClassKey::CrownDepth {
                     f.write_str("; narrower crowns read lower, deeper ones higher: a calibration of such crowns knows (`rowscan study calibration`)")?;
@@ -506,7 +506,7 @@ impl fmt::Display for Warning {
             ),
             Self::GrowthInAlley { share, clearance_m } => write!(
                 f,
-                "{:.0} % of the returns that count as canopy stand low in the alley, before the crowns, as grass, weeds and rough soil do: they count as leaves, and an interval, where one is told, reaches down to what it would be \
+                "{:.0} % of the returns that count as canopy stand low in the alley, before the crowns, as grass, weeds and rough soil do, and shoots that a strong wind blows there: they count as leaves, and an interval, where one is told, reaches down to what it would be \
                  without them; mow, or raise `ground_clearance_m`, {clearance_m} m, above them",
                 100.0 * share
             ),
