@@ -199,7 +199,7 @@ impl Work {
         }
         // Whoever acts here was checked when the scenario was read; a later one differs in a number.
         if let Some(next) = sweeping.sweep.step(sweeping.added).filter(|_| sweeping.phase == Phase::Acting)
-            && control.add(next).is_ok()
+            && control.add_all(vec![next]).is_ok()
         {
             sweeping.added += 1;
         } else if sweeping.tried > sweeping.sweep.to.unwrap_or(i64::MAX).saturating_sub(sweeping.sweep.from) {

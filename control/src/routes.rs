@@ -63,7 +63,7 @@ async fn add_faults(State(bench): State<Bench>, bytes: Body) -> Result<impl Into
         return Err(Problem::conflict(format!("more than {MOST_FAULTS} faults; remove some first")));
     }
     let specs = tables.into_iter().map(spec).collect::<Result<Vec<_>, _>>()?;
-    let ids = bench.faults.add_all(specs).map_err(|error| of_fault(&error))?;
+    let ids = bench.faults.add_from_now(specs).map_err(|error| of_fault(&error))?;
     Ok((StatusCode::CREATED, Json(json!({ "ids": ids }))))
 }
 

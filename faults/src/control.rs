@@ -163,16 +163,25 @@ impl FaultControl {
         self.shared.spread();
     }
 
-    /// Adds a fault; its time begins to count now. Gives its id.
+    /// Adds a fault to what runs: its times count from now. Gives its id.
     ///
     /// # Errors
     /// It does not fit the plan; then nothing is added.
     pub fn add(&self, spec: FaultSpec) -> Result<String, FaultError> {
-        let mut ids = self.add_all(vec![spec])?;
+        let mut ids = self.add_from_now(vec![spec])?;
         Ok(ids.pop().unwrap_or_default())
     }
 
-    /// Adds faults that may name each other.
+    /// Adds faults to what runs, which may name each other: their times count from now.
+    ///
+    /// # Errors
+    /// As [`add_all`](Self::add_all).
+    pub fn add_from_now(&self, specs: Vec<FaultSpec>) -> Result<Vec<String>, FaultError> {
+        let now = self.shared.clock.now();
+        self.add_all(specs.into_iter().map(|spec| spec.later_by(now)).collect())
+    }
+
+    /// Adds faults that may name each other. Their times are those of the faults' clock; none begins before now.
     ///
     /// # Errors
     /// One of them does not fit the plan; then none is added.
@@ -385,6 +394,14 @@ fn on_parts<'a>(plan: &'a Plan, id: &str, spec: &FaultSpec) -> Result<Vec<(usize
         }
     }
     let (id, name) = (id.to_owned(), spec.fault.name);
+    let has_scanned =
+        |(number, _): &(usize, &str)| plan.streams.get(*number).is_some_and(|stream| stream.scans > 0);
+    if fault.is_foreseen() && made.iter().any(has_scanned) {
+        let why = format!(
+            "`{name}` sets where the scanner's clock starts, and this one has sent scans: give it before the first one, in `--faults FILE` or in a scenario"
+        );
+        return Err(FaultError::Refused { id, why });
+    }
     let has_streams = made
         .iter()
         .all(|(number, _)| plan.streams.get(*number).is_some_and(|stream| stream.medium != Medium::Part));

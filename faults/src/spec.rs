@@ -45,6 +45,17 @@ pub struct FaultSpec {
     pub parameters: Table,
 }
 
+impl FaultSpec {
+    /// The same with its times so much later.
+    pub(crate) fn later_by(self, by: Duration) -> Self {
+        let later = |at: At| match at {
+            At::Time(at) => At::Time(at.saturating_add(by)),
+            other => other,
+        };
+        Self { at: later(self.at), until: self.until.map(later), ..self }
+    }
+}
+
 /// A file of faults.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

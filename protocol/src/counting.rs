@@ -16,6 +16,13 @@ const TURNS_TOLERANCE: f64 = 0.5;
 const MAX_JITTER: f64 = 4.0;
 /// The longest pause of the measurement, seconds, through which the device clock is still believed to time the tractor.
 const MAX_PAUSE_S: f64 = 60.0;
+/// Pace is that of telegrams that are no farther apart, µs.
+const MOST_PACED_US: u32 = 60_000_000;
+/// How far the device's clock, the host's and a counter may be apart behind a long gap, as a share of it.
+const FAR_TOLERANCE: f64 = 0.005;
+/// A counter goes round in so many telegrams, and a clock in so many seconds.
+const COUNTER_ROUND: f64 = 65_536.0;
+const CLOCK_ROUND_S: f64 = 4294.967_296;
 /// A telegram that others have overtaken comes right behind them: later than so many seconds after the last one it is none, but of a device that began anew.
 const MAX_OVERTAKEN_S: f64 = 1.0;
 /// Where no clock says so, a telegram that is behind so many others at most is late.
@@ -186,7 +193,7 @@ impl Counting {
         let turn = self.turn(scan);
         let follows = matches!(turn, Turn::Line { link: Link::Steps(1..), .. });
         let passed_us = before_us.map(|before_us| scan.scan_time_us.wrapping_sub(before_us));
-        let timed_us = passed_us.filter(|passed_us| follows && *passed_us > 0);
+        let timed_us = passed_us.filter(|passed_us| follows && (1..MOST_PACED_US).contains(passed_us));
         self.uptime.take(scan.received, timed_us.map(|timed_us| f64::from(timed_us) * 1e-6));
         turn
     }
@@ -216,6 +223,9 @@ impl Counting {
         }
         if let Some(turn) = self.behind(scan, last, nominal_s) {
             return turn;
+        }
+        if let Some((telegrams, passed_s)) = self.far_ahead(scan, last) {
+            return self.skip(scan, last.travel_s + passed_s, telegrams, passed_s);
         }
         if steps == 0 || steps > u16::MAX / 2 || clock_us < 0 {
             return self.restart(scan, last);
@@ -353,6 +363,39 @@ impl Counting {
         Some(Turn::Late)
     }
 
+    /// How many telegrams and seconds ahead of `last` one is behind which more are missing than half a turn of the counter tells: by the device's clock, where that
+    /// has gone on as the host's has, and the counter stands where so many telegrams bring it. None of one that is no such.
+    fn far_ahead(&self, scan: &Scan, last: Reading) -> Option<(u64, f64)> {
+        let per_s = self.frequency_hz()? * f64::from(self.lines.max(1));
+        let clock_s = f64::from(scan.scan_time_us.wrapping_sub(last.time_us)) * 1e-6;
+        let passed_s = match self.uptime.device_s(scan.received) {
+            // The clock may have gone round.
+            Some(host_s) => {
+                let passed_s =
+                    clock_s + CLOCK_ROUND_S * libm::round((host_s - clock_s) / CLOCK_ROUND_S).max(0.0);
+                Some(passed_s).filter(|passed_s| libm::fabs(passed_s - host_s) <= FAR_TOLERANCE * host_s)?
+            }
+            None => Some(clock_s).filter(|clock_s| *clock_s < CLOCK_ROUND_S / 2.0)?,
+        };
+        let expected = passed_s * per_s;
+        let steps = f64::from(scan.telegram_counter.wrapping_sub(last.counter));
+        let telegrams = steps + COUNTER_ROUND * libm::round((expected - steps) / COUNTER_ROUND);
+        let is_far = telegrams > f64::from(u16::MAX / 2);
+        (is_far && libm::fabs(telegrams - expected) <= FAR_TOLERANCE * expected)
+            .then_some((telegrams as u64, passed_s))
+    }
+
+    /// Takes a line that many telegrams are missing before.
+    fn skip(&mut self, scan: &Scan, travel_s: f64, telegrams: u64, passed_s: f64) -> Turn {
+        let turns = telegrams / u64::from(self.lines.max(1));
+        self.periods += turns;
+        self.periods_s += passed_s;
+        self.of_turn = 0;
+        self.rebase(scan.scan_time_us, travel_s);
+        let link = Link::Steps(u32::try_from(turns).unwrap_or(u32::MAX));
+        self.line_behind(scan, travel_s, link, telegrams)
+    }
+
     /// The device began anew behind `last`. How long that took the host's clock tells, in whole periods of the device and up to the longest pause; where nobody
     /// has read one, a period stands for it.
     fn restart(&mut self, scan: &Scan, last: Reading) -> Turn {
@@ -378,10 +421,15 @@ impl Counting {
     }
 
     fn line(&mut self, scan: &Scan, travel_s: f64, link: Link) -> Turn {
+        let steps = self.last.map_or(0, |last| u64::from(scan.telegram_counter.wrapping_sub(last.counter)));
+        self.line_behind(scan, travel_s, link, steps)
+    }
+
+    /// A line so many telegrams behind the one before.
+    fn line_behind(&mut self, scan: &Scan, travel_s: f64, link: Link, steps: u64) -> Turn {
         let (counter, time_us) = (scan.telegram_counter, scan.scan_time_us);
         self.uncounted += u64::from(scan.uncounted && link != Link::First);
         // Counters of a window do not wrap, and there is room below the first one.
-        let steps = self.last.map_or(0, |last| u64::from(counter.wrapping_sub(last.counter)));
         let first = 1 << 16;
         let window = self.window.get_or_insert_with(|| Window::new(first));
         let number = if window.is_empty() { first } else { window.newest() + steps };

@@ -185,13 +185,16 @@ async fn export(args: &Args) -> Result<Outcome, Failure> {
     }
     if counting.restarts > 0 {
         say(format_args!(
-            "{}: the scanner began to count anew {} times: the same counters and device times stand there again",
+            "{}: the scanner began to count anew {} times: counters and device times before and behind that do not go together",
             args.file, counting.restarts
         ));
     }
     let unreadable = scanner.faults().total();
     if unreadable > 0 {
-        say(format_args!("{}: {unreadable} more scan telegrams gave no scan", args.file));
+        say(format_args!(
+            "{}: {unreadable} scan telegrams came and gave no scan; where the scanner counts they are among the missing ones",
+            args.file
+        ));
     }
     if args.what == What::Scans && (has_encoder || scanner.counts().readings.wheel > 0) {
         say(format_args!(

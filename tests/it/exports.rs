@@ -4,7 +4,7 @@ use crate::common;
 
 use std::fs::File;
 
-use common::binary::{Emulator, run};
+use common::binary::{Emulator, refused, run};
 use parquet::basic::Compression;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
@@ -60,6 +60,21 @@ fn parquet_holds_every_return_of_a_run() {
     for column in group.columns() {
         assert_eq!(column.compression(), Compression::SNAPPY, "{}", column.column_path());
     }
+}
+
+/// A table of ranges is read by everything but what keeps telegrams, and that says why.
+#[test]
+fn csv_of_ranges_is_no_recording_to_convert() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let head = "# rowscan ranges 1; frequency_hz 50; start_deg 45; step_deg 0.5; unit mm\nreceived_s,telegram_counter,scan_time_us,status,range_0,range_1\n";
+    std::fs::write(file("scans.csv"), format!("{head}0,1,20000,0,1500,1600\n")).expect("written");
+    let said = refused(&["record", &file("scans.csv"), "-o", &file("new.mcap")]);
+    assert!(
+        said.contains("CSV of ranges and holds no telegrams") && said.contains("rowscan replay"),
+        "{said}"
+    );
+    assert!(!folder.path().join("new.mcap").exists());
 }
 
 /// What an export says of its scans is what `record --info` and an estimate count, whatever happened on the way.

@@ -264,6 +264,26 @@ async fn a_clock_that_is_wrong_changes_stamps_and_nothing_else() {
     assert_eq!(even(&steps), steps.len(), "not yet");
 }
 
+/// What is added while scans flow counts its times from then; a clock that has told its time can no longer have started elsewhere.
+#[tokio::test(start_paused = true)]
+async fn faults_that_are_added_to_what_runs_count_from_then() {
+    let mut bench = bench("");
+    let mut client = raw_client(&mut bench.emulator, Dialect::B);
+    let first = scans(&mut client, 100).await;
+    let wrap = read("[[fault]]\nname = \"clock_wrap\"\nat = { s = 1 }\n").expect("sound");
+    let refused = bench.control.add_from_now(wrap).expect_err("too late").to_string();
+    assert!(refused.contains("give it before the first one"), "{refused}");
+    let dirt = "[[fault]]\nname = \"contamination\"\nat = { s = 1 }\nuntil = { s = 2 }\n";
+    bench.control.add_from_now(read(dirt).expect("sound")).expect("fits");
+    let later = scans(&mut client, 150).await;
+    let is_dirty = |scan: &Scan| scan.status == DeviceStatus::ContaminationError;
+    assert!(!first.iter().any(is_dirty));
+    let (from, to) = (later.iter().position(is_dirty), later.iter().rposition(is_dirty));
+    // 50 scans a second, one or two of them under way.
+    assert!(from.is_some_and(|from| (46..=51).contains(&from)), "{from:?}");
+    assert!(to.is_some_and(|to| (95..=101).contains(&to)), "{to:?}");
+}
+
 #[tokio::test(start_paused = true)]
 async fn a_fault_begins_with_the_command_that_it_waits_for() {
     for dialect in [Dialect::A, Dialect::B] {

@@ -65,7 +65,7 @@ pub(crate) struct StreamState {
     pub(crate) medium: Medium,
     pub(crate) language: Language,
     pub(crate) part: Option<Arc<dyn Part>>,
-    scans: u64,
+    pub(crate) scans: u64,
     opened: u64,
     connections: BTreeMap<u64, ConnectionState>,
     /// Its sender has ended, and what became of what it had sent.

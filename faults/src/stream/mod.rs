@@ -150,7 +150,8 @@ impl<S> FaultyStream<S> {
         Ok(fate)
     }
 
-    fn break_off(&mut self) {
+    /// Has the connection end with a reset.
+    pub(crate) fn break_off(&mut self) {
         if !std::mem::replace(&mut self.reset, true) {
             (self.on_reset)(&self.inner);
         }

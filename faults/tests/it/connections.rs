@@ -182,3 +182,35 @@ async fn a_half_open_connection_never_comes_back_and_is_reset_when_it_speaks() {
         assert!(matches!(ended, Err(ErrorKind::ConnectionReset | ErrorKind::BrokenPipe)), "{ended:?}");
     }
 }
+
+/// The rule: a relay ends as its device ended. A reset is none that a driver could take for an orderly close.
+#[tokio::test]
+async fn a_reset_by_the_device_reaches_the_client_and_an_orderly_close_stays_one() {
+    for resets in [true, false] {
+        let (control, _events) = FaultControl::new(1, Arc::new(HostClock::start()), None);
+        let faults = control.stream("left", Medium::Tcp, Language::Cola);
+        let [device, front] = [(); 2].map(|()| TcpListener::bind("127.0.0.1:0"));
+        let (device, front) = (device.await.expect("a free port"), front.await.expect("a free port"));
+        let to_device = device.local_addr().expect("bound");
+        let mut client = TcpStream::connect(front.local_addr().expect("bound")).await.expect("it listens");
+        let (from_client, _) = front.accept().await.expect("it comes");
+        let mut dialled = TcpStream::connect(to_device).await.expect("it listens");
+        let (mut sender, _) = device.accept().await.expect("it comes");
+        let mut wrapped = faults.wrap(from_client, rowscan_faults::reset_on_drop);
+        let relaying = tokio::spawn(async move { rowscan_faults::relay(&mut wrapped, &mut dialled).await });
+        sender.write_all(b"scans").await.expect("open");
+        let mut got = [0; 5];
+        client.read_exact(&mut got).await.expect("open");
+        assert_eq!(&got, b"scans");
+        if resets {
+            rowscan_faults::reset_on_drop(&sender);
+        } else {
+            client.shutdown().await.expect("open");
+        }
+        drop(sender);
+        let end = client.read(&mut got).await.map_err(|cause| cause.kind());
+        let expected = if resets { Err(ErrorKind::ConnectionReset) } else { Ok(0) };
+        assert_eq!(end, expected);
+        assert_eq!(relaying.await.expect("no panic").is_err(), resets);
+    }
+}

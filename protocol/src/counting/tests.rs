@@ -1,6 +1,7 @@
 use super::*;
 use alloc::format;
 use alloc::vec::Vec;
+use core::time::Duration;
 
 fn scan(counter: u16, time_us: u32) -> Scan {
     Scan { telegram_counter: counter, scan_time_us: time_us, scan_frequency_hz: 50.0, ..Scan::default() }
@@ -148,13 +149,18 @@ fn a_long_gap_is_counted_in_full() {
 }
 
 #[test]
-fn half_a_turn_of_the_counter_is_the_longest_gap() {
-    // 32 767 telegrams ahead is a gap; 32 768 is as far back as ahead, and counts as a restart, whatever the clock says.
+fn beyond_half_a_turn_of_the_counter_a_gap_is_what_the_clock_says() {
     let (c, _) = count([(0, 0), (1, 20_000), (32_768, 20_000 + 32_767 * 20_000)]);
     assert_eq!((c.lost, c.restarts), (32_766, 0));
+    // 32 768 telegrams ahead is as far back as ahead.
     let (c, turns) = count([(0, 0), (1, 20_000), (32_769, 20_000 + 32_768 * 20_000)]);
-    assert_eq!((c.lost, c.restarts), (0, 1));
-    assert!((travel_s(&turns[2]) - 0.04).abs() < 1e-9);
+    assert_eq!((c.lost, c.restarts), (32_767, 0));
+    assert!((travel_s(&turns[2]) - 655.38).abs() < 1e-6);
+    // Of a clock that has gone on by less, or by more, the device began anew.
+    for clock_us in [20_000 * 32_000, 20_000 * 33_500, 40_000] {
+        let (c, _) = count([(0, 0), (1, 20_000), (32_769, 20_000 + clock_us)]);
+        assert_eq!((c.lost, c.restarts), (0, 1), "{clock_us}");
+    }
     // Without a device clock as well.
     let (c, _) = count([(0, 0), (1, 0), (40_000, 0)]);
     assert_eq!((c.lost, c.restarts), (0, 1));
@@ -201,6 +207,57 @@ fn another_scanner_in_the_stream_repeats_nothing_and_is_told() {
     // A number that is not told is that of nobody else.
     let unknown: Vec<Scan> = (30..60).map(|n| of(0, n)).collect();
     assert_eq!(told(&[&one[..], &unknown].concat()), (0, 0, Some(0)));
+}
+
+/// A client that was away for long: the counter alone tells less than half a turn of it, 22 minutes at 25 Hz.
+#[test]
+fn a_long_gap_is_counted_by_the_clock_and_a_device_that_begins_anew_is_none() {
+    // Of each layer of a turn, or one; at 50 turns a second.
+    for (layers, with_host) in [(1_u64, true), (1, false), (4, true), (4, false)] {
+        for lost in [
+            5_u64, 30_000, 32_767, 32_768, 33_000, 65_534, 65_535, 65_536, 70_000, 99_996, 300_000, 1_000_000,
+        ] {
+            let far = |place: u64| {
+                let turn = place / layers;
+                Scan {
+                    scan_counter: turn as u16,
+                    layer_centideg: (place % layers) as i16,
+                    received: with_host.then(|| Duration::from_micros(7_000_000 + 20_010 * turn)),
+                    ..scan(place as u16, (500_000 + 20_000 * turn) as u32)
+                }
+            };
+            let lost = lost / layers * layers;
+            let case = format!("{lost} lost, {layers} layers, host's clock {with_host}");
+            let mut counting = Counting::default();
+            (0..400).chain(400 + lost..800 + lost).for_each(|place| {
+                counting.observe(&far(place));
+            });
+            // Without the host's, the device's clock tells half of its own round.
+            let is_known = with_host || lost / layers < 107_000;
+            if is_known {
+                assert_eq!((counting.restarts, counting.all_lost()), (0, Some(lost)), "{case}");
+                let found_hz = counting.frequency_hz().unwrap();
+                assert!((found_hz - 50.0).abs() < 0.01, "{case}: {found_hz}");
+            } else {
+                assert_eq!((counting.restarts, counting.all_lost()), (1, None), "{case}");
+            }
+        }
+    }
+    // One that begins anew meanwhile: at any counter, with a clock from 0.
+    for (counter, away_s) in [(0_u16, 900), (0, 5000), (7, 1400), (40_000, 700), (401, 100)] {
+        let of = |place: u64, from: u16, us: u64, host_us: u64| Scan {
+            received: Some(Duration::from_micros(host_us + 20_000 * place)),
+            ..scan(from.wrapping_add(place as u16), (us + 20_000 * place) as u32)
+        };
+        let mut counting = Counting::default();
+        (0..400).for_each(|place| {
+            counting.observe(&of(place, 0, 500_000, 0));
+        });
+        (0..400).for_each(|place| {
+            counting.observe(&of(place, counter, 30_000, away_s * 1_000_000));
+        });
+        assert_eq!((counting.restarts, counting.all_lost()), (1, None), "{counter} after {away_s} s");
+    }
 }
 
 #[test]

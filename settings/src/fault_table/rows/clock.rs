@@ -43,7 +43,7 @@ pub(super) const WRAP: Row = Row {
     name: "clock_wrap",
     family: Family::Clock,
     parameters: &[],
-    about: "The µs stamps of scans reach 2^32 at this moment and begin at 0 again, as they do every 71.6 minutes. For this the clock starts at a value that makes it wrap then, as exactly as `s`, `row_m` or `tree` can be foreseen. The clock keeps running from there.",
+    about: "The µs stamps of scans reach 2^32 at this moment and begin at 0 again, as they do every 71.6 minutes. For this the clock starts at a value that makes it wrap then, as exactly as `s`, `row_m` or `tree` can be foreseen. The clock keeps running from there. Once scans were sent it is too late: it is refused.",
     reports: "nothing",
     recovery: "areas unchanged",
     make: |_| Ok(PartFault::Clock(ClockFault::Wrap)),
