@@ -22,7 +22,7 @@ const MOST_PACED_US: u32 = 60_000_000;
 const FAR_TOLERANCE: f64 = 0.005;
 /// A counter goes round in so many telegrams, and a clock in so many seconds.
 const COUNTER_ROUND: f64 = 65_536.0;
-const CLOCK_ROUND_S: f64 = 4294.967_296;
+const CLOCK_ROUND_S: f64 = 4_294.967_296;
 /// A telegram that others have overtaken comes right behind them: later than so many seconds after the last one it is none, but of a device that began anew.
 const MAX_OVERTAKEN_S: f64 = 1.0;
 /// Where no clock says so, a telegram that is behind so many others at most is late.
