@@ -53,7 +53,7 @@ pub fn copy(
     about: About,
     decoded: Decoded,
 ) -> Result<Copied, CopyError> {
-    let mut from = if recording.format().has_times() {
+    let mut from = if recording.has_times() {
         let first = recording.next_packet()?;
         From::Packets(recording, first)
     } else {

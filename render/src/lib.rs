@@ -36,7 +36,6 @@ mod renderer;
 mod shade;
 mod sky;
 mod tone;
-mod triangulate;
 mod tube;
 mod view;
 mod visible;

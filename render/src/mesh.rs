@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::triangulate::triangulate;
+use rowscan_scenes::triangles::triangulate;
 
 /// What a surface looks like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -65,6 +65,7 @@ mod sower;
 mod support;
 mod target;
 pub mod trained;
+pub mod triangles;
 mod true_mount;
 mod truth;
 mod wind;

@@ -42,12 +42,6 @@ pub(super) fn convert(
 ) -> Result<Outcome, Failure> {
     let recording = open_stream(file, stream)?;
     let is = (recording.format(), recording.main_kind());
-    if is.0 == Format::Ranges {
-        return Err(Failure::Usage(format!(
-            "{0} is CSV of ranges and holds no telegrams that a recording could keep: `rowscan replay {0}` sends it as a scanner does, and `rowscan record` keeps that",
-            file.display()
-        )));
-    }
     let outcome = tell_capture(file, &recording);
     // It may say so only behind its first packets.
     let ahead = Source::Recording { path: file.to_owned(), stream: None }.peek();

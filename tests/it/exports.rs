@@ -4,7 +4,7 @@ use crate::common;
 
 use std::fs::File;
 
-use common::binary::{Emulator, refused, run};
+use common::binary::{Emulator, run};
 use parquet::basic::Compression;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
@@ -62,19 +62,30 @@ fn parquet_holds_every_return_of_a_run() {
     }
 }
 
-/// A table of ranges is read by everything but what keeps telegrams, and that says why.
+/// A table whose host times are unknown, or some of them, is converted whole: by the device's clock, as raw bytes are.
 #[test]
-fn csv_of_ranges_is_no_recording_to_convert() {
+fn scans_without_a_host_time_are_kept_when_a_table_is_converted() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
-    let head = "# rowscan ranges 1; frequency_hz 50; start_deg 45; step_deg 0.5; unit mm\nreceived_s,telegram_counter,scan_time_us,status,range_0,range_1\n";
-    std::fs::write(file("scans.csv"), format!("{head}0,1,20000,0,1500,1600\n")).expect("written");
-    let said = refused(&["record", &file("scans.csv"), "-o", &file("new.mcap")]);
-    assert!(
-        said.contains("CSV of ranges and holds no telegrams") && said.contains("rowscan replay"),
-        "{said}"
-    );
-    assert!(!folder.path().join("new.mcap").exists());
+    let head = "# rowscan ranges 1; model lms111; frequency_hz 50; start_deg 45; step_deg 0.5; unit mm\nreceived_s,telegram_counter,scan_time_us,status,range_0,range_1\n";
+    for (case, unknown) in [("none", 0..0), ("some", 3..7), ("all", 0..20)] {
+        let line = |n: u32| {
+            let received = if unknown.contains(&n) {
+                String::new()
+            } else {
+                format!("{:.2}", 5.0 + f64::from(n) * 0.02)
+            };
+            format!("{received},{n},{},0,1500,1600\n", 20_000 * n)
+        };
+        std::fs::write(file("scans.csv"), format!("{head}{}", (0..20).map(line).collect::<String>()))
+            .expect("written");
+        let new = file(&format!("{case}.mcap"));
+        let converted = run(&["record", &file("scans.csv"), "-o", &new]);
+        assert_eq!(converted.code, Some(0), "{case}: {}", converted.stderr);
+        let told = run(&["record", "--info", &new, "--format", "json"]);
+        let info: serde_json::Value = serde_json::from_str(&told.stdout).expect("JSON");
+        assert_eq!(info["streams"][0]["scans"].as_u64(), Some(20), "{case}: {info}");
+    }
 }
 
 /// What an export says of its scans is what `record --info` and an estimate count, whatever happened on the way.

@@ -347,6 +347,15 @@ impl Recording {
         self.format
     }
 
+    /// True if the host's times of all its packets are known, as far as it is read.
+    pub(crate) fn has_times(&self) -> bool {
+        let is_known = match &self.packets {
+            Packets::Listed(packets) => packets.as_slice().iter().all(|packet| packet.at_ns.is_some()),
+            Packets::Mcap(_) | Packets::Raw(..) => true,
+        };
+        self.format.has_times() && is_known
+    }
+
     /// When a packet of it came by the host's clock, nanoseconds; none where only the scanner's is known.
     pub fn host_ns(&self, packet: &Packet) -> Option<u64> {
         packet.at_ns.filter(|_| !self.about().by_device_clock)

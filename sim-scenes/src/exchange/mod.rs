@@ -88,6 +88,11 @@ pub enum OrganRecordError {
         /// Distance from the plane over the size.
         warp: f64,
     },
+    /// An outline that is no simple polygon.
+    #[error(
+        "the leaf's outline crosses itself, so that it has no one area; give its corners in their order around it, or cut it in two"
+    )]
+    CrossesItself,
     /// A face names a vertex that is not there.
     #[error("a vertex from 1 to {vertices} expected, or from -1 back, found `{found}`")]
     Index {

@@ -45,6 +45,15 @@ pub enum Remark {
         /// How many differ.
         distinct_trees: u32,
     },
+    /// Leaves with the corners of another one were left out: back faces.
+    Twice {
+        /// The file.
+        path: String,
+        /// How many.
+        leaves: usize,
+        /// Line, or number, of the first.
+        first: usize,
+    },
     /// Faces without area were left out.
     NoArea {
         /// The file.
@@ -73,6 +82,10 @@ impl fmt::Display for Remark {
             Self::FewTrees { distinct_trees } => write!(
                 f,
                 "orchard.distinct_trees: expected {FEWEST_TREES} or more, or 0, found {distinct_trees}: rows of copies differ from their calibration by as much as single trees do, 8 to 12 %, and look even: estimates of such rows may lie outside of their interval"
+            ),
+            Self::Twice { path, leaves, first } => write!(
+                f,
+                "{path}: {leaves} leaves have the corners of another one, as back faces have, and were left out: leaf areas are one-sided; the first at {first}"
             ),
             Self::NoArea { path, faces, first } => {
                 write!(f, "{path}: {faces} faces without area were left out; the first at {first}")

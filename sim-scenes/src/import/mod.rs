@@ -6,6 +6,10 @@ pub(crate) mod parameters;
 pub use error::ImportError;
 pub use parameters::{ImportParameters, NotPlane, PLANE_TOLERANCE, Stands, UpAxis};
 
+use std::collections::HashSet;
+
+use glam::DVec3;
+
 use crate::exchange::mesh::RawFace;
 use crate::exchange::text::Record;
 use crate::exchange::{ExchangeError, OrganRecordError, obj, ply, text};
@@ -16,6 +20,8 @@ use crate::generator::remark::Remark;
 use crate::orchard::layout::Layout;
 use crate::organ::{Facet, Leaf, OrganError};
 use crate::parameters::SceneFile;
+use crate::polygon::vector_area;
+use crate::triangles::{crosses_itself, triangulate};
 use parameters::MeshFormat;
 
 impl ImportParameters {
@@ -25,7 +31,7 @@ impl ImportParameters {
     /// As growing them.
     pub fn count_trees(&self) -> Result<u32, GrowError> {
         self.validate()?;
-        let mut reading = Reading { parameters: self, trees: Vec::new(), remarks: Vec::new() };
+        let mut reading = Reading::new(self);
         reading.read().map_err(ImportError::from)?;
         Ok(u32::try_from(reading.trees.len()).unwrap_or(u32::MAX).max(1))
     }
@@ -42,7 +48,7 @@ pub(crate) struct Imported {
 impl Imported {
     pub(crate) fn new(parameters: &ImportParameters, layout: &Layout) -> Result<Self, GrowError> {
         parameters.validate()?;
-        let mut reading = Reading { parameters, trees: Vec::new(), remarks: Vec::new() };
+        let mut reading = Reading::new(parameters);
         reading.read().map_err(ImportError::from)?;
         let places = layout.rows.saturating_mul(layout.trees);
         let is_placed = parameters.stands == Stands::InPlace;
@@ -90,9 +96,15 @@ struct Reading<'a> {
     parameters: &'a ImportParameters,
     trees: Vec<Draft>,
     remarks: Vec<Remark>,
+    /// Corners of the leaves so far, by tree.
+    known: HashSet<(u32, Vec<[u64; 3]>)>,
 }
 
-impl Reading<'_> {
+impl<'a> Reading<'a> {
+    fn new(parameters: &'a ImportParameters) -> Self {
+        Self { parameters, trees: Vec::new(), remarks: Vec::new(), known: HashSet::new() }
+    }
+
     fn read(&mut self) -> Result<(), ExchangeError> {
         let parameters = self.parameters;
         if let Some(file) = &parameters.branches {
@@ -177,7 +189,14 @@ impl Reading<'_> {
     ) -> Result<(), ExchangeError> {
         let outline: Vec<[f64; 3]> = outline.iter().map(|vertex| self.parameters.point(*vertex)).collect();
         check_near(&outline).map_err(at(file, line))?;
+        if !self.is_first(tree, &outline) {
+            self.twice(file, line);
+            return Ok(());
+        }
         let leaf = match Leaf::new(outline) {
+            Ok(leaf) if crosses_itself(leaf.outline(), leaf.normal()) => {
+                return Err(at(file, line)(OrganRecordError::CrossesItself));
+            }
             Ok(leaf) => leaf,
             // Meshes have slivers; a text file that lists one is wrong, and was refused when it was read.
             Err(OrganError::NoArea) => {
@@ -194,6 +213,28 @@ impl Reading<'_> {
         let blades = parts.into_iter().map(|leaf| Blade { segment: 0, along_m: 0.0, leaf, petiole: None });
         self.tree(tree).blades.extend(blades);
         Ok(())
+    }
+
+    /// True if no leaf of the tree had these corners so far, in whatever order.
+    fn is_first(&mut self, tree: u32, outline: &[[f64; 3]]) -> bool {
+        // 0 has two signs.
+        let mut corners: Vec<[u64; 3]> =
+            outline.iter().map(|corner| corner.map(|m| (m + 0.0).to_bits())).collect();
+        corners.sort_unstable();
+        self.known.insert((tree, corners))
+    }
+
+    fn twice(&mut self, file: &SceneFile, line: usize) {
+        let known = self.remarks.iter_mut().find_map(|remark| match remark {
+            Remark::Twice { path, leaves, .. } if path == file.path() => Some(leaves),
+            _ => None,
+        });
+        match known {
+            Some(leaves) => *leaves += 1,
+            None => {
+                self.remarks.push(Remark::Twice { path: file.path().to_owned(), leaves: 1, first: line });
+            }
+        }
     }
 
     fn no_area(&mut self, file: &SceneFile, line: usize) {
@@ -247,8 +288,17 @@ fn plane_parts(polygon: Leaf, not_plane: NotPlane) -> Result<Vec<Leaf>, OrganRec
         }
         NotPlane::Triangulate => {
             let Some((first, rest)) = outline.split_first() else { return Ok(Vec::new()) };
+            let fan: Vec<[[f64; 3]; 3]> = rest.windows(2).map(|pair| [*first, pair[0], pair[1]]).collect();
+            // Where a hollow lies before the first vertex, triangles about it lie upon each other.
+            let normal = DVec3::from_array(polygon.normal());
+            let parts = if fan.iter().all(|triangle| vector_area(triangle).dot(normal) >= 0.0) {
+                fan
+            } else {
+                let ears = triangulate(outline, polygon.normal());
+                ears.iter().map(|corners| corners.map(|corner| outline[corner])).collect()
+            };
             // A triangle of three vertices on a line covers nothing.
-            Ok(rest.windows(2).filter_map(|pair| Leaf::new([*first, pair[0], pair[1]]).ok()).collect())
+            Ok(parts.into_iter().filter_map(|triangle| Leaf::new(triangle).ok()).collect())
         }
     }
 }
@@ -315,6 +365,77 @@ mod tests {
         assert!(error.starts_with("l.txt:1: the leaf is not plane: off by"), "{error}");
     }
 
+    fn leaf_area_m2(text: &str) -> f64 {
+        let import = ImportParameters { leaves: file("l.txt", text), ..ImportParameters::default() };
+        orchard(import, 1).unwrap().tree(0).unwrap().leaves.iter().map(Leaf::area_m2).sum()
+    }
+
+    /// The rule: a leaf has one area, whichever of its corners stands first, whatever hollows it has, bent a little or not.
+    #[test]
+    fn a_hollow_leaf_that_is_bent_has_the_area_of_the_flat_one_from_every_first_corner() {
+        let hook = [[0.2, 0.0], [0.2, 0.1], [0.1, 0.1], [0.1, 0.2], [0.0, 0.2], [0.0, 0.0]].to_vec();
+        let lobes = (0..10).map(|corner| {
+            let (turn, radius_m) =
+                (std::f64::consts::TAU * f64::from(corner) / 10.0, if corner % 2 == 0 { 0.06 } else { 0.02 });
+            [radius_m * turn.cos(), radius_m * turn.sin()]
+        });
+        for outline in [hook, lobes.collect()] {
+            for first in 0..outline.len() {
+                let text = |bent_m: f64| {
+                    let corner = |number: usize| {
+                        let place = (first + number) % outline.len();
+                        let [x, y] = outline[place];
+                        let z = 1.0 + if place == 0 { bent_m } else { 0.0 };
+                        format!(" {x} {y} {z}")
+                    };
+                    format!("{}{}\n", outline.len(), (0..outline.len()).map(corner).collect::<String>())
+                };
+                let (flat, bent) = (leaf_area_m2(&text(0.0)), leaf_area_m2(&text(0.002)));
+                assert!((bent / flat - 1.0).abs() < 0.01, "from {first}: {bent} for {flat}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_outline_that_crosses_itself_has_no_area_and_is_refused() {
+        for text in [
+            "4 0 0 1 .2 .2 1 .2 0 1 0 .1 1\n",
+            "5 0 0 1 .2 0 1 .2 .1 1 .1 -.05 1 0 .1 1\n",
+            "4 0 0 1 .2 .2 1 .2 0 1.05 0 .1 1\n",
+        ] {
+            let import = ImportParameters { leaves: file("l.txt", text), ..ImportParameters::default() };
+            let error = orchard(import, 1).unwrap_err().to_string();
+            assert!(error.starts_with("l.txt:1: the leaf's outline crosses itself"), "{text}: {error}");
+        }
+        // A slit that goes in and out the same way crosses nothing.
+        assert!((leaf_area_m2("6 0 0 1 .2 0 1 .2 .2 1 .1 .1 1 .2 .2 1 0 .2 1\n") - 0.04).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_back_face_is_no_second_leaf_and_it_is_said() {
+        let corners = "v 0 0 1\nv .1 0 1\nv .1 .1 1\nv 0 .1 1\nusemtl leaf\n";
+        for back in ["f 4 3 2 1", "f 1 2 3 4", "f 2 1 4 3"] {
+            let import = ImportParameters {
+                mesh: file("t.obj", &format!("{corners}f 1 2 3 4\n{back}\n")),
+                ..ImportParameters::default()
+            };
+            let row = orchard(import, 2).unwrap();
+            let leaves = &row.tree(1).unwrap().leaves;
+            assert!(leaves.len() == 1 && (leaves[0].area_m2() - 0.01).abs() < 1e-12, "{back}");
+            let said = row.remarks()[0].to_string();
+            assert!(said.contains("1 leaves have the corners of another one"), "{said}");
+        }
+        // Of two trees each has its own.
+        let two = "# tree n x y z\n0 3 0 0 1 .1 0 1 0 .1 1\n1 3 0 0 1 .1 0 1 0 .1 1\n";
+        let import = ImportParameters {
+            leaves: file("l.txt", two),
+            stands: Stands::InPlace,
+            ..ImportParameters::default()
+        };
+        let row = orchard(import, 2).unwrap();
+        assert_eq!([0, 1].map(|tree| row.tree(tree).unwrap().leaves.len()), [1, 1]);
+    }
+
     #[test]
     fn meshes_are_sorted_by_material_turned_upright_and_scaled() {
         let text = "v 0 1000 0\nv 100 1000 0\nv 0 1000 100\nusemtl Leaf_a\nf 1 2 3\nusemtl bark\nf 1 3 2\n";
@@ -338,7 +459,7 @@ mod tests {
             orchard(bare.clone(), 1).unwrap_err().to_string().contains("t.obj:5: the face has no material")
         );
         let told = ImportParameters { material: Some(Material::Leaf), ..bare };
-        assert_eq!(orchard(told, 1).unwrap().tree(0).unwrap().leaves.len(), 2);
+        assert_eq!(orchard(told, 1).unwrap().tree(0).unwrap().leaves.len(), 1, "and its back face");
     }
 
     #[test]

@@ -18,7 +18,7 @@ choices! {
 choices! {
     /// What becomes of a leaf that lies off its plane by more than a thousandth of its size.
     pub enum NotPlane {
-        /// It is cut into triangles about its first vertex.
+        /// It is cut into triangles: about its first vertex, and where it has a hollow there, ear by ear.
         Triangulate = "triangulate",
         /// It is pressed into its mean plane.
         Flatten = "flatten",

@@ -237,6 +237,12 @@ impl OrchardParameters {
         positive("orchard.row_spacing_m", layout.row_spacing_m)?;
         self.missing.are_places("orchard.missing", layout.rows, layout.trees)?;
         self.replanted.are_places("orchard.replanted", layout.rows, layout.trees)?;
+        let in_gap = (0..layout.rows).find_map(|row| {
+            let missing = self.missing.of(row);
+            self.replanted.of(row).iter().find(|place| missing.contains(place)).copied()
+        });
+        let expected = "places that are not in orchard.missing, where a gap stays a gap";
+        require(in_gap.is_none(), "orchard.replanted", expected, in_gap.unwrap_or_default())?;
         self.order.are_orders("orchard.order", layout.rows, layout.trees)?;
         let grows = matches!(self.generator(), GeneratorKind::Hmt | GeneratorKind::Trained);
         let expected = "empty, unless trees are grown season by season (hmt, trained)";

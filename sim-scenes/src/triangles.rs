@@ -1,11 +1,11 @@
-//! Plane polygons as triangles.
+//! Polygons as triangles, and whether they are simple.
 
 use glam::{DVec2, DVec3};
 
-/// The triangles of a plane, simple polygon by the numbers of its corners, convex or not.
+/// The triangles of a simple polygon by the numbers of its corners, convex or not, plane or a little bent: as they lie in the plane with this normal.
 ///
 /// Ears are cut off one by one. A polygon that crosses itself gives a fan of what is left, so that something is drawn.
-pub(crate) fn triangulate(outline: &[[f64; 3]], normal: [f64; 3]) -> Vec<[usize; 3]> {
+pub fn triangulate(outline: &[[f64; 3]], normal: [f64; 3]) -> Vec<[usize; 3]> {
     let flat = flatten(outline, DVec3::from_array(normal));
     let mut left: Vec<usize> = (0..flat.len()).collect();
     let mut triangles = Vec::with_capacity(flat.len().saturating_sub(2));
@@ -17,6 +17,22 @@ pub(crate) fn triangulate(outline: &[[f64; 3]], normal: [f64; 3]) -> Vec<[usize;
     let rest = left.windows(2).skip(1).filter_map(|pair| Some([*left.first()?, pair[0], pair[1]]));
     triangles.extend(rest);
     triangles
+}
+
+/// True if two edges of the polygon cross where they share no corner, seen along `normal`: it has no one area then.
+pub fn crosses_itself(outline: &[[f64; 3]], normal: [f64; 3]) -> bool {
+    let flat = flatten(outline, DVec3::from_array(normal));
+    let edges: Vec<[DVec2; 2]> =
+        flat.iter().zip(flat.iter().cycle().skip(1)).map(|(a, b)| [*a, *b]).collect();
+    let parts = |[a, b]: [DVec2; 2], [c, d]: [DVec2; 2]| {
+        let side = |p: DVec2| (b - a).perp_dot(p - a);
+        side(c) * side(d) < 0.0
+    };
+    let crosses = |one: [DVec2; 2], other: [DVec2; 2]| parts(one, other) && parts(other, one);
+    edges
+        .iter()
+        .enumerate()
+        .any(|(number, one)| edges.iter().skip(number + 2).any(|other| crosses(*one, *other)))
 }
 
 /// The polygon in its plane, counter-clockwise.
