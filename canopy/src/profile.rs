@@ -14,11 +14,13 @@ pub(crate) struct Outline {
     length_m: f64,
 }
 
-impl Outline {
-    pub(crate) fn new() -> Self {
+impl Default for Outline {
+    fn default() -> Self {
         Self { nearest_m: vec![f64::INFINITY; (TOP_M / CELL_M) as usize], length_m: 0.0 }
     }
+}
 
+impl Outline {
     pub(crate) fn add_line(&mut self, weight_m: f64) {
         self.length_m += weight_m;
     }
@@ -74,7 +76,7 @@ mod tests {
     #[test]
     fn a_box_has_its_volume() {
         // Face 0.4 m before the row plane, 2 m high, 3 m long: 0.8 × 2 × 3 both sides together.
-        let mut outline = Outline::new();
+        let mut outline = Outline::default();
         for _ in 0..3 {
             outline.add_line(1.0);
             for band in 0..20 {

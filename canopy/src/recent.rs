@@ -2,6 +2,8 @@
 //!
 //! A window is the last `CELLS` tenths of a metre of row, the one being driven included; it moves on a tenth at a time. Memory is fixed.
 
+use crate::profile::Outline;
+
 /// Bands of height.
 pub const BANDS: usize = 8;
 /// Height of a band, metres; the highest holds what is above it too.
@@ -40,8 +42,8 @@ impl WindowSums {
 pub(crate) struct Recent {
     cells: [WindowSums; CELLS],
     key: i64,
-    /// Depth of the canopy before the row axis by height, in the open cell: metres.
-    depth_m: [f64; BANDS],
+    /// Of the open cell, as the row's volume has it: seen from the row axis.
+    outline: Outline,
 }
 
 impl Recent {
@@ -57,15 +59,14 @@ impl Recent {
             self.cells.rotate_right(1);
             self.open(|cell| *cell = WindowSums::default());
         }
+        self.outline.add_line(weight_m);
         self.open(|cell| cell.length_m += weight_m);
     }
 
     /// A canopy return of that line: its height, its depth before the row axis, its area.
     pub(crate) fn hit(&mut self, z_m: f64, depth_m: f64, area_m2: f64) {
         let band = ((z_m / BAND_M).max(0.0) as usize).min(BANDS - 1);
-        if let Some(deepest) = self.depth_m.get_mut(band) {
-            *deepest = deepest.max(depth_m);
-        }
+        self.outline.add(-depth_m, z_m);
         self.open(|cell| {
             if let Some(band) = cell.bands_m2.get_mut(band) {
                 *band += area_m2;
@@ -90,13 +91,13 @@ impl Recent {
     }
 
     fn open_volume_m3(&self) -> f64 {
-        let [open, ..] = &self.cells;
-        self.depth_m.iter().sum::<f64>() * BAND_M * open.length_m
+        // Of the side seen.
+        0.5 * self.outline.section(0.0).volume_m3()
     }
 
     fn close(&mut self) {
         let volume_m3 = self.open_volume_m3();
-        self.depth_m = [0.0; BANDS];
+        self.outline.clear();
         self.open(|cell| cell.volume_m3 = volume_m3);
     }
 }

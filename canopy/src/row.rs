@@ -159,7 +159,7 @@ impl Row {
             heights: Histogram::new(),
             levels: Levels::default(),
             ground: GroundLine::new(&frame, mount.side()),
-            outline: Outline::new(),
+            outline: Outline::default(),
             metre: (0.0, false),
             totals: Totals::default(),
             recent: Recent::default(),

@@ -299,3 +299,31 @@ fn how_far_behind_the_mirror_a_window_ends_is_told_of_leaning_planes_too() {
         assert!(yaw_deg != 0.0 || pitch_deg != 0.0 || (0.0..0.3).contains(&nearest_m), "{nearest_m}");
     }
 }
+
+/// The rule: what the bus tells of the row just passed sums up to what the estimate tells of the whole: of the volume each is the half of the side seen.
+#[test]
+fn the_volumes_of_windows_sum_to_half_of_the_rows() {
+    let rig = orchard_rig();
+    for scene in [crowns as fn(f64, f64) -> f64, |y_m, theta| crowns(y_m + 0.7 * theta.sin(), theta)] {
+        let all: Vec<_> = rowscan_canopy::estimator::TABLE.iter().collect();
+        let mut pipeline = pipeline(&rig, Parameters::default()).with_estimators(&all);
+        let (mut sum_m3, mut length_m) = (0.0, 0.0);
+        // 25 lines of 20 mm are a window.
+        for (number, scan) in (1..).zip(drive(&rig, lms111(), 50, LINES, scene)) {
+            pipeline.push(&scan);
+            if number % 25 == 0 {
+                let window = pipeline.window().unwrap();
+                sum_m3 += window.volume_m3;
+                length_m += window.length_m;
+            }
+        }
+        let estimate = pipeline.finish();
+        let volume = estimate
+            .measures
+            .iter()
+            .find(|measure| measure.quantity == rowscan_canopy::Quantity::Volume)
+            .unwrap();
+        let row_m3 = volume.value.unwrap() * length_m / estimate.scanned_m.unwrap();
+        assert!(row_m3 > 3.0 && (2.0 * sum_m3 / row_m3 - 1.0).abs() < 0.03, "{sum_m3} {row_m3}");
+    }
+}
