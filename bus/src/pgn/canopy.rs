@@ -23,7 +23,7 @@ pub const SUMMARY: Message = Message {
             "one-sided, of the last whole slices; CanopyLeafStatus says of which, or why there is none",
         ),
         Signal::new("CanopyVolume", 16, 8, 0.02, "m3/m")
-            .about("outline of the side seen, up to the row axis"),
+            .about("outline of the side seen, in cells of 0.1 m, up to the row axis: half of volume_m3"),
         Signal::new("LeafAreaIndex", 24, 8, 0.04, "").about("leaf area over row spacing"),
         Signal::new("CanopyHeight", 32, 8, 0.02, "m").about("highest return"),
         Signal::new("GroundSpeed", 40, 8, 0.02, "m/s").about("by the source of the advance; magnitude"),
