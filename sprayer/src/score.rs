@@ -10,12 +10,15 @@ use crate::span::total;
 /// A share of the litres that is none.
 const ROUNDING: f64 = 1e-12;
 
+/// A machine that gives less of what was commanded has sprayed nothing.
+const LEAST_SPRAYED: f64 = 0.01;
+
 /// A run's scores. What cannot be told is none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     /// Share of the wanted leaf area that passed before an open nozzle; none where no leaf passed.
     pub recall: Option<f64>,
-    /// Litres while the nozzle was not wanted, as a share of all; none where nothing was sprayed.
+    /// Litres while the nozzle was not wanted, as a share of all; none where nothing was sprayed, or less than a hundredth of what a sound machine would.
     pub waste: Option<f64>,
     /// `recall` × (1 − `waste`); 0 where nothing was sprayed and something was wanted.
     pub score: Option<f64>,
@@ -52,7 +55,13 @@ impl Score {
     pub fn beside_sound(self, commanded: &[Flow]) -> Self {
         let litres = total(commanded.iter().map(Flow::litres));
         let is_idle = litres <= 0.0 && self.wanted_area_m2 > 0.0;
-        Self { saved_litres: (!is_idle).then_some(self.constant_litres - litres), ..self }
+        // What hoses give behind a dead pump, and drips, is no spraying of which a share could be wasted.
+        let is_sprayed = self.litres > LEAST_SPRAYED * litres;
+        Self {
+            saved_litres: (!is_idle).then_some(self.constant_litres - litres),
+            waste: self.waste.filter(|_| is_sprayed),
+            ..self
+        }
     }
 
     /// Of what `flows`, one a nozzle, did on a pass.

@@ -53,7 +53,7 @@ pub(crate) fn judge(expect: &Expect, asked: Sprayed, run: &RunRecord) -> Result 
         Sprayed::OffTarget => {
             let found = sprayer.interception();
             let (own, best) = (found.run.off_target_share, found.oracle.off_target_share);
-            bounded(expect, own, best, "nothing was sprayed")
+            bounded(expect, own.filter(|_| score.waste.is_some()), best, "nothing was sprayed")
         }
         Sprayed::RateError => rate_error(expect, sprayer, run),
         Sprayed::Forbidden => forbidden(expect, sprayer),

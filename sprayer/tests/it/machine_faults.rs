@@ -213,6 +213,18 @@ fn what_gives_no_liquid_sprays_no_leaf_keeps_no_rate_and_saves_nothing() {
         let is_empty = delivery.dry_s.is_some() || fault == Some(SprayerFault::TankEmpty);
         assert_eq!(litres > 0.1, is_empty, "{case}: {litres}");
     }
+    // From the start on there is nothing of which a share could be wasted.
+    for (more, fault) in [
+        (PUMP, SprayerFault::PumpLow(0.0)),
+        (PUMP, SprayerFault::TankEmpty),
+        (rate, SprayerFault::BlockedNozzle(Valves::All, 1.0)),
+        (rate, SprayerFault::BlockedNozzle(Valves::All, 0.995)),
+    ] {
+        let pass = pass(&wall(), more, Some((fault, 0.0, None)));
+        let log = truth(&pass);
+        let score = Score::of(&pass, &pass.flows(&log)).beside_sound(&pass.deliver_sound(&log).flows);
+        assert_eq!((score.waste, score.score), (None, Some(0.0)), "{fault:?}: {score:?}");
+    }
     // One that opens nothing has saved nothing, and one without leaves before it has.
     let of = |orchard: &Orchard| {
         let pass = pass(orchard, "", None);
